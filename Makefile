@@ -1,0 +1,61 @@
+# Everything a newcomer needs:
+#   make run    set up, run the Table 4 study, write its report
+#   make test   set up, then lint, types and tests
+#   make ui     the MLflow UI on what has been run
+
+PYTHON  ?= python3
+VENV    ?= .venv
+OUTPUTS ?= outputs
+BIN     := $(VENV)/bin
+
+export MLFLOW_DISABLE_TELEMETRY := true
+
+.PHONY: help run test ui lint lock clean
+.DEFAULT_GOAL := help
+
+help:
+	@sed -n 's/^#   //p' Makefile
+
+run: $(VENV)/.run
+	$(BIN)/rl-design-space study=table4 outputs=$(OUTPUTS)
+	$(BIN)/rl-design-report table4 --outputs $(OUTPUTS)
+
+test: lint
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+ui: $(VENV)/.run
+	@echo "MLflow UI: http://127.0.0.1:5000  (Ctrl-C ends it)"
+	MLFLOW_SERVER_ENABLE_JOB_EXECUTION=false $(BIN)/mlflow server --host 127.0.0.1 --port 5000 --workers 1 \
+	  --backend-store-uri sqlite:///$(abspath $(OUTPUTS))/mlflow.db
+
+# The stamps say which lock file a virtual environment was filled from.
+$(VENV)/.run: requirements.txt pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --no-deps --require-hashes -r requirements.txt
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/.test: requirements-test.txt $(VENV)/.run
+	$(BIN)/python -m pip install --quiet --no-deps --require-hashes -r requirements-test.txt
+	@touch $@
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "error: Python 3.11 or later is needed; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+	  { echo "error: this Python cannot make virtual environments; on Debian: apt-get install python3-venv"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+# Exact versions with hashes, for every platform and Python version that pyproject.toml allows; needs uv.
+UV_COMPILE = echo 'hatchling>=1.27,<2' | uv pip compile pyproject.toml - --universal --generate-hashes --quiet \
+  --no-emit-index-url --no-annotate --custom-compile-command 'make lock'
+lock:
+	$(UV_COMPILE) --output-file requirements.txt
+	$(UV_COMPILE) --constraint requirements.txt --extra test --output-file requirements-test.txt
+
+clean:
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache build dist

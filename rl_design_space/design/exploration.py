@@ -1,0 +1,80 @@
+"""Exploration schedules: the probability ε of an exploratory action in every trial (paper, section 3.2)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Protocol, runtime_checkable
+
+import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from rl_design_space.design._fields import STRICT, FloatArray
+
+Probability = Annotated[float, Field(ge=0, le=1)]
+
+
+@runtime_checkable
+class Exploration(Protocol):
+    """A schedule of ε over the trials of a period."""
+
+    def schedule(self, trials: int) -> FloatArray:
+        """(trials,) float64, the probability ε of an exploratory action, one a trial."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Constant:
+    """The same ε in every trial."""
+
+    epsilon: Probability = 0.1
+
+    def schedule(self, trials: int) -> FloatArray:
+        return np.full(trials, self.epsilon)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class _Decay:
+    """What decaying schedules share: the number τ that the first trial counts as.
+
+    The paper's τ runs from 0; counting from 1 is the other reading.
+    """
+
+    first_trial: Annotated[int, Field(ge=0)] = 0
+
+    def _tau(self, trials: int) -> FloatArray:
+        return np.arange(self.first_trial, self.first_trial + trials, dtype=np.float64)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Linear(_Decay):
+    """ε = max(start - k·τ, 0); the paper tries k from 0.01 to 0.1."""
+
+    start: Probability = 0.9
+    k: Annotated[float, Field(ge=0)] = 0.03
+
+    def schedule(self, trials: int) -> FloatArray:
+        return np.maximum(self.start - self.k * self._tau(trials), 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Exponential(_Decay):
+    """ε = start·l^(-τ); the paper tries l from 1 to 10. With l below 1, ε grows until it is 1."""
+
+    start: Probability = 0.9
+    l: Annotated[float, Field(gt=0)] = 2.0  # noqa: E741 (the paper's name)
+
+    def schedule(self, trials: int) -> FloatArray:
+        with np.errstate(over="ignore", under="ignore"):
+            return np.minimum(self.start * self.l ** -self._tau(trials), 1.0)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Sigmoidal(_Decay):
+    """ε = 1 / (1 + e^(-(q - τ)/p)): one half at trial q, falling over about p trials to either side."""
+
+    p: Annotated[float, Field(gt=0)] = 5.0
+    q: float = 20.0
+
+    def schedule(self, trials: int) -> FloatArray:
+        # tanh is the same curve and cannot overflow.
+        return 0.5 * (1.0 + np.tanh(0.5 * (self.q - self._tau(trials)) / self.p))

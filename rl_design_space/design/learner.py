@@ -1,0 +1,33 @@
+"""The learner: tabular Q-learning with ε-greedy behaviour (paper, section 2)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from rl_design_space.design._fields import STRICT
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class QLearning:
+    """Q(s,a) ← Q(s,a) + α·(r + γ·max Q(s',·) - Q(s,a)), and the readings of what the paper leaves open.
+
+    `alpha` is the learning rate, `gamma` the discount factor, `initial_q` every Q-value at the start of a period.
+
+    - `explore`: an exploratory action is any action but the greedy one (`non_greedy`, which fits Table 4), or
+      any action (`all`, as the text says).
+    - `ties`: among equal maxima the greedy action is drawn at `random`, or is the `first`.
+    - `out_of_order`: a move onto a goal that is not due yields the ordinary `step_reward`, or `zero`.
+    - `update`: the `standard` rule above, or the one `printed` in the paper, whose discount also covers the
+      old value: Q(s,a) ← Q(s,a) + α·(r + γ·(max Q(s',·) - Q(s,a))).
+    """
+
+    alpha: Annotated[float, Field(gt=0, le=1)] = 0.1
+    gamma: Annotated[float, Field(ge=0, le=1)] = 0.9
+    initial_q: float = 0.0
+    explore: Literal["non_greedy", "all"] = "non_greedy"
+    ties: Literal["random", "first"] = "random"
+    out_of_order: Literal["step_reward", "zero"] = "step_reward"
+    update: Literal["standard", "printed"] = "standard"

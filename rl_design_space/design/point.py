@@ -1,0 +1,67 @@
+"""A design point: one value for every design choice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+from pydantic import Field, model_validator
+from pydantic.dataclasses import dataclass
+
+from rl_design_space.design._fields import STRICT
+from rl_design_space.design.exploration import Constant, Exploration
+from rl_design_space.design.learner import QLearning
+from rl_design_space.design.msa import MultiStepActions
+from rl_design_space.design.representation import AdHoc, Representation
+from rl_design_space.design.reward import GoalReward, Reward
+from rl_design_space.design.task import Task
+from rl_design_space.design.world import Torus, World, cell_count
+
+#: Q-matrix rows are numbered by int32.
+_MOST_STATES = 2**31 - 1
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class DesignPoint:
+    """One setting of the whole experiment; the defaults are the paper's.
+
+    Points are values: equal points are interchangeable and give the same learning curves, to the bit.
+
+    Raises:
+        pydantic.ValidationError: a choice is of the wrong kind, or the goals do not fit the world.
+    """
+
+    seed: Annotated[int, Field(ge=0, lt=2**64)] = 0
+    task: Task = Task()
+    world: World = Torus()
+    representation: Representation = AdHoc()
+    exploration: Exploration = Constant()
+    msa: MultiStepActions = MultiStepActions()
+    reward: Reward = GoalReward()
+    learner: QLearning = QLearning()
+
+    @model_validator(mode="after")
+    def _goals_fit_the_world(self) -> DesignPoint:
+        cells = cell_count(self.world)
+        if self.task.goals >= cells:
+            raise ValueError(
+                f"task.goals={self.task.goals}: start and goals lie on different cells, "
+                f"so a world of {cells} cells has room for at most {cells - 1} goals"
+            )
+        if self.task.goals * cells > _MOST_STATES:
+            raise ValueError(
+                f"task.goals={self.task.goals}: with {cells} cells that makes {self.task.goals * cells} states "
+                f"a period; at most {_MOST_STATES} can be learned"
+            )
+        return self
+
+    @classmethod
+    def from_overrides(cls, overrides: Sequence[str] = ()) -> DesignPoint:
+        """The point that these command-line overrides describe, e.g. `["exploration=linear", "world.size=20"]`.
+
+        Raises:
+            rl_design_space.ConfigError: an override is not understood or its value is not allowed.
+        """
+        from rl_design_space.sweep.compose import compose
+
+        return compose(overrides).point

@@ -1,0 +1,186 @@
+"""State representations: what the agent observes of agent, goals and success counter (paper, section 3.1).
+
+The success counter s says how many goals have been reached in order, so goal s is the due one. The state
+after the final goal is terminal and has no observation.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Literal, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
+
+from rl_design_space.design._fields import STRICT, IntArray
+from rl_design_space.design.world import World, cell_count
+
+_LARGEST_CODE = int(np.iinfo(np.int64).max)
+
+#: Which goals an observation speaks of: all of them (Table 2 counts them all), or only those not yet reached.
+ObservedGoals = Literal["all", "remaining"]
+
+
+@runtime_checkable
+class Representation(Protocol):
+    """Maps every (success counter, cell) to an observation code. Equal codes look alike to the agent."""
+
+    def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        """Observation codes of one or many layouts.
+
+        Args:
+            world: where the agent moves.
+            goals: (..., n_goals) cell numbers, in the order in which they are due.
+
+        Returns:
+            (..., n_goals, cells) int64, indexed by success counter and cell. A code means the same in every
+            layout; that is what carries a Q-matrix from one layout or world to another.
+        """
+        ...
+
+
+@runtime_checkable
+class SizedRepresentation(Representation, Protocol):
+    """A representation whose state space the paper counts in Table 2."""
+
+    def published_size(self, world: World, n_goals: int) -> int:
+        """Number of states by the formula of Table 2."""
+        ...
+
+    def spanned_size(self, world: World, n_goals: int) -> int:
+        """Number of codes that `observation` can return; the largest code is one less."""
+        ...
+
+
+def encode(digits: IntArray, base: int, goals: ObservedGoals = "all") -> NDArray[np.int64]:
+    """Write one digit a goal, and the success counter, as a single code.
+
+    Args:
+        digits: (..., n_goals, cells), each in 0 … base - 1.
+        base: number of values of a digit.
+        goals: with "remaining", the digits of goals already reached count as 0.
+
+    Returns:
+        (..., n_goals, cells) int64: s · base^n + sum over goals i of digit_i · base^i.
+
+    Raises:
+        ValueError: the codes would not fit 64 bits.
+    """
+    n_goals = digits.shape[-2]
+    if base**n_goals * n_goals > _LARGEST_CODE:
+        raise ValueError(
+            f"task.goals={n_goals}: {base} values a goal make more codes than fit 64 bits; use fewer goals"
+        )
+    weights = np.broadcast_to(base ** np.arange(n_goals, dtype=np.int64), (n_goals, n_goals))
+    if goals == "remaining":
+        weights = np.triu(weights)
+    counter = base**n_goals * np.arange(n_goals, dtype=np.int64)[:, np.newaxis]
+    codes: NDArray[np.int64] = weights @ digits.astype(np.int64) + counter
+    return codes
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class AdHoc:
+    """The agent's own cell and the success counter; goals are implicit. Size dx·dy·n."""
+
+    def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        n_goals, cells = goals.shape[-1], cell_count(world)
+        codes = np.arange(n_goals * cells, dtype=np.int64).reshape(n_goals, cells)
+        return np.broadcast_to(codes, (*goals.shape[:-1], n_goals, cells))
+
+    def published_size(self, world: World, n_goals: int) -> int:
+        return cell_count(world) * n_goals
+
+    def spanned_size(self, world: World, n_goals: int) -> int:
+        return cell_count(world) * n_goals
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Distance:
+    """Manhattan distances from the agent to the goals, and the success counter.
+
+    On a torus a distance has 2⌊d/2⌋ + 1 values, zero among them; the formula of Table 2,
+    (⌊dx/2⌋ + ⌊dy/2⌋)^n · n, counts one less.
+    """
+
+    goals: ObservedGoals = "all"
+
+    def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        x, y = world.offset(goals)
+        return encode(np.abs(x) + np.abs(y), self._values(world), self.goals)
+
+    def published_size(self, world: World, n_goals: int) -> int:
+        width, height = world.shape
+        return int((width // 2 + height // 2) ** n_goals * n_goals)
+
+    def spanned_size(self, world: World, n_goals: int) -> int:
+        return int(self._values(world) ** n_goals * n_goals)
+
+    @staticmethod
+    def _values(world: World) -> int:
+        return sum(world.reach) + 1
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Direction:
+    """Direction from the agent to the goals (here, right, left, above, below) and the success counter.
+
+    Size 5^n·n, whatever the world. Two readings fit the paper's one example, (5,5)→(7,7) and (5,5)→(8,3)
+    both "right":
+
+    - `rule: dominant_axis`: along the axis with the larger offset, horizontal when both are equal;
+    - `rule: horizontal_first`: horizontal until the column is right, then vertical.
+    """
+
+    rule: Literal["dominant_axis", "horizontal_first"] = "dominant_axis"
+    goals: ObservedGoals = "all"
+
+    def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        x, y = world.offset(goals)
+        horizontal = np.abs(x) >= np.abs(y) if self.rule == "dominant_axis" else x != 0
+        along_x = np.where(x > 0, 1, 2)
+        along_y = np.where(y > 0, 4, 3)
+        here = (x == 0) & (y == 0)
+        return encode(np.where(here, 0, np.where(horizontal, along_x, along_y)), 5, self.goals)
+
+    def published_size(self, world: World, n_goals: int) -> int:
+        return int(5**n_goals * n_goals)
+
+    def spanned_size(self, world: World, n_goals: int) -> int:
+        return int(5**n_goals * n_goals)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Direct:
+    """The full Markov state: the agent's cell, all goal positions and the success counter.
+
+    The caption of Table 2 counts (dx·dy)^n · n states; with the agent's own cell it is (dx·dy)^(n+1) · n.
+    Within a period the goals stay, so `direct` then learns exactly as `ad_hoc` does.
+
+    Where so many codes do not fit 64 bits, a digest of the goal positions stands for them: codes of one layout
+    stay distinct, and two layouts share codes only if their digests collide.
+    """
+
+    def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        n_goals, cells = goals.shape[-1], cell_count(world)
+        states = n_goals * cells
+        if self.spanned_size(world, n_goals) <= _LARGEST_CODE:
+            layout = goals.astype(np.int64) @ cells ** np.arange(n_goals, dtype=np.int64)
+        else:
+            layout = np.apply_along_axis(_digest, -1, goals, _LARGEST_CODE // states)
+        within_layout = np.arange(states, dtype=np.int64).reshape(n_goals, cells)
+        codes: NDArray[np.int64] = within_layout + states * layout[..., np.newaxis, np.newaxis]
+        return codes
+
+    def published_size(self, world: World, n_goals: int) -> int:
+        return int(cell_count(world) ** n_goals * n_goals)
+
+    def spanned_size(self, world: World, n_goals: int) -> int:
+        return int(cell_count(world) ** (n_goals + 1) * n_goals)
+
+
+def _digest(goals: IntArray, values: int) -> int:
+    """A number in 0 … values - 1 that stands for a list of goals, the same in every process."""
+    digest = hashlib.blake2b(goals.astype("<i8").tobytes(), digest_size=8).digest()
+    return int.from_bytes(digest, "little") % values

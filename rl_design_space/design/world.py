@@ -1,0 +1,134 @@
+"""Worlds: grids on which an agent moves one cell right, left, up or down (paper, section 2)."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Annotated, Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator
+from pydantic.dataclasses import dataclass
+
+from rl_design_space.design._fields import STRICT, IntArray
+
+#: The primitive moves as (x, y) steps, in the order of every table: right, left, above, below.
+#: As in a picture, x grows to the right and y grows downwards.
+MOVES = ((1, 0), (-1, 0), (0, -1), (0, 1))
+
+
+@runtime_checkable
+class World(Protocol):
+    """A finite set of cells, numbered row by row, and what the four moves do in each of them."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells along x and along y."""
+        ...
+
+    def next_cell(self) -> NDArray[np.int32]:
+        """Transition table: (4, cells) int32, the cell that each of `MOVES` leads to."""
+        ...
+
+    def offset(self, goals: IntArray) -> tuple[IntArray, IntArray]:
+        """Signed way from every cell to each goal, in cells along x and y.
+
+        Args:
+            goals: (..., n_goals) cell numbers.
+
+        Returns:
+            Two arrays (..., n_goals, cells): positive x is to the right, positive y is below.
+        """
+        ...
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        """Largest absolute offset along x and along y."""
+        ...
+
+
+def cell_count(world: World) -> int:
+    """Number of cells of a world."""
+    width, height = world.shape
+    return width * height
+
+
+def _canonical_size(size: Any) -> int | tuple[int, int]:
+    """One number for a square, so that `[10, 10]` and `10` are the same value."""
+    sides = tuple(size) if isinstance(size, (list, tuple)) else (size, size)
+    if len(sides) != 2 or not all(type(side) is int and side >= 2 for side in sides):
+        raise ValueError("a size is a whole number of at least 2, or two of them, [dx, dy]")
+    return sides[0] if sides[0] == sides[1] else sides
+
+
+Size = Annotated[int | tuple[int, int], BeforeValidator(_canonical_size)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class _Grid(ABC):
+    """A full rectangle of cells; subclasses say what its border does."""
+
+    size: Size = 10
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return (self.size, self.size) if isinstance(self.size, int) else self.size
+
+    def next_cell(self) -> NDArray[np.int32]:
+        width, height = self.shape
+        y, x = np.divmod(np.arange(width * height), width)
+        moved = [self._inside(x + step_x, y + step_y) for step_x, step_y in MOVES]
+        return np.array([new_y * width + new_x for new_x, new_y in moved], dtype=np.int32)
+
+    def offset(self, goals: IntArray) -> tuple[IntArray, IntArray]:
+        width, height = self.shape
+        y, x = np.divmod(np.arange(width * height), width)
+        goal_y, goal_x = np.divmod(np.asarray(goals)[..., np.newaxis], width)
+        return self._way(goal_x - x, width), self._way(goal_y - y, height)
+
+    @abstractmethod
+    def _inside(self, x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:
+        """Where a move that would end on (x, y) ends."""
+
+    @abstractmethod
+    def _way(self, difference: IntArray, side: int) -> IntArray:
+        """The signed way that a difference of coordinates along one axis stands for."""
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Torus(_Grid):
+    """Grid with periodic boundary: who leaves on one side comes in on the other (paper, section 3).
+
+    On an axis of even length a goal exactly half-way round lies equally far both ways; its offset is
+    then positive (right, below).
+    """
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        width, height = self.shape
+        return width // 2, height // 2
+
+    def _inside(self, x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:
+        width, height = self.shape
+        return x % width, y % height
+
+    def _way(self, difference: IntArray, side: int) -> IntArray:
+        most_negative = (side - 1) // 2
+        return (difference + most_negative) % side - most_negative
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Walled(_Grid):
+    """Grid with walls around it: a move against the wall leaves the agent where it is."""
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        width, height = self.shape
+        return width - 1, height - 1
+
+    def _inside(self, x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:
+        width, height = self.shape
+        return np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
+
+    def _way(self, difference: IntArray, side: int) -> IntArray:
+        return difference

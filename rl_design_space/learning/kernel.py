@@ -1,0 +1,232 @@
+"""The one compiled function of the project: tabular Q-learning on tables.
+
+It knows nothing of grids, directions or schedules. Its random numbers come from xoshiro256++ (Blackman and
+Vigna, "Scrambled linear pseudorandom number generators", ACM TOMS 47, 2021), one 64-bit word a decision: the
+upper half decides whether to explore, the lower half which action it is.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+#: Part of every fingerprint. Raise it whenever a change here alters results; a test holds their digest.
+KERNEL_VERSION = 1
+
+#: ε is compared in steps of 2^-32.
+COIN_SIDES = 2**32
+
+_compiled = njit(nogil=True, cache=True, error_model="numpy")
+
+
+class Rules(NamedTuple):
+    """What the learner does, as numbers."""
+
+    alpha: float
+    gamma: float
+    initial_q: float
+    step_reward: float
+    sub_goal_reward: float
+    final_goal_reward: float
+    out_of_order_reward: float
+    explore_all: bool
+    first_maximum: bool
+    printed_update: bool
+    printed_msa_reward: bool
+    stop_at_sub_goal: bool
+    #: How many of the action lengths learn from a longer action that contains them.
+    propagated_lengths: int
+    max_steps: int
+
+
+@_compiled
+def _rotated(word, bits):
+    return (word << np.uint64(bits)) | (word >> np.uint64(64 - bits))
+
+
+@_compiled
+def _next_word(s0, s1, s2, s3):
+    """One word of xoshiro256++ and the state after it."""
+    word = _rotated(s0 + s3, 23) + s0
+    shifted = s1 << np.uint64(17)
+    s2 ^= s0
+    s3 ^= s1
+    s1 ^= s2
+    s0 ^= s3
+    s2 ^= shifted
+    s3 = _rotated(s3, 45)
+    return word, s0, s1, s2, s3
+
+
+@_compiled
+def _maximum(q, row, n_actions):
+    """The largest value of a row of the Q-matrix, and how many actions have it."""
+    best = q[row, 0]
+    count = 1
+    for action in range(1, n_actions):
+        value = q[row, action]
+        if value > best:
+            best = value
+            count = 1
+        elif value == best:
+            count += 1
+    return best, count
+
+
+@_compiled
+def _choice(q, row, n_actions, best, count, word, threshold, rules):
+    """ε-greedy: the action that one random word chooses in a row whose maximum is known."""
+    lower = np.int64(word & np.uint64(0xFFFFFFFF))
+    explores = (word >> np.uint64(32)) < threshold
+    if explores and rules.explore_all:
+        return (lower * n_actions) >> 32
+    if rules.first_maximum:
+        count = 1
+    # The product's upper part draws one of `count` maxima; its lower part is still uniform for the next draw.
+    product = lower * count
+    skip = product >> 32
+    greedy = 0
+    for action in range(n_actions):
+        if q[row, action] == best:
+            if skip == 0:
+                greedy = action
+                break
+            skip -= 1
+    if not explores:
+        return greedy
+    other = ((product & 0xFFFFFFFF) * (n_actions - 1)) >> 32
+    return other if other < greedy else other + 1
+
+
+@_compiled
+def _update(q, row, action, reward, discount, best_next, rules):
+    """Move Q(row, action) towards reward + discount · best_next."""
+    old = q[row, action]
+    if rules.printed_update:
+        q[row, action] = old + rules.alpha * (reward + discount * (best_next - old))
+    else:
+        q[row, action] = old + rules.alpha * (reward + discount * best_next - old)
+
+
+@_compiled
+def _reward(goal, reached, n_goals, rules):
+    """Reward of a move onto a cell that holds this goal, -1 for none, when `reached` goals have been met."""
+    if goal < 0:
+        return rules.step_reward
+    if goal != reached:
+        return rules.out_of_order_reward
+    return rules.final_goal_reward if goal == n_goals - 1 else rules.sub_goal_reward
+
+
+@_compiled
+def _discounted(rewards, first, last, gamma):
+    """Σ γ^j rewards[first + j] up to before `last`, and the discount that follows."""
+    result = 0.0
+    discount = 1.0
+    for step in range(first, last):
+        result += discount * rewards[step]
+        discount *= gamma
+    return result, discount
+
+
+@_compiled
+def _propagate(q, rows, rewards, executed, terminal, move, length, lengths, n_actions, rules):
+    """Let the shorter actions contained in an executed one learn from the cells that it passed."""
+    for index in range(rules.propagated_lengths):
+        shorter = lengths[index]
+        if shorter < length:
+            for first in range(executed - shorter + 1):
+                last = first + shorter
+                result, discount = _discounted(rewards, first, last, rules.gamma)
+                best_next = 0.0
+                if last < executed or not terminal:
+                    best_next, _ = _maximum(q, rows[last], n_actions)
+                _update(q, rows[first], move + 4 * index, result, discount, best_next, rules)
+
+
+@_compiled
+def learn(next_cell, observation, layout, threshold, lengths, rules, generator, q, steps, success):
+    """Learn a number of periods, each from a fresh Q-matrix.
+
+    Args:
+        next_cell: (4, cells) int32, transition table.
+        observation: (periods, n_goals, cells) int32, rows of the Q-matrix.
+        layout: (periods, 1 + n_goals) int32, start and goals.
+        threshold: (trials,) uint64, ε · 2^32.
+        lengths: 1 + m ints, the moves that an action of each length makes; the first is 1. A tuple, so that their
+            number, and with it the number of actions, is known when the function is compiled.
+        rules: see `Rules`.
+        generator: (periods, 4) uint64, initial states of the random generator.
+        q: (rows, 4 · (1 + m)) float64, overwritten; holds the last period's Q-matrix at the end. Action a
+            repeats move a % 4 lengths[a // 4] times.
+        steps: (periods, trials) int32, written: primitive moves of every trial.
+        success: (periods, trials) bool, written: whether the final goal was reached.
+    """
+    n_actions = 4 * len(lengths)
+    periods, n_goals, cells = observation.shape
+    goal_at = np.full(cells, -1, dtype=np.int32)
+    rows = np.empty(max(lengths) + 1, dtype=np.int32)
+    rewards = np.empty(max(lengths), dtype=np.float64)
+
+    for period in range(periods):
+        q[:] = rules.initial_q
+        s0, s1, s2, s3 = generator[period, 0], generator[period, 1], generator[period, 2], generator[period, 3]
+        for goal in range(n_goals):
+            goal_at[layout[period, 1 + goal]] = goal
+
+        for trial in range(steps.shape[1]):
+            cell = layout[period, 0]
+            reached = 0
+            moves = 0
+            row = observation[period, 0, cell]
+            best, count = _maximum(q, row, n_actions)
+
+            while reached < n_goals and moves < rules.max_steps:
+                word, s0, s1, s2, s3 = _next_word(s0, s1, s2, s3)
+                action = _choice(q, row, n_actions, best, count, word, threshold[trial], rules)
+                move = action & 3
+                length = lengths[action >> 2] if n_actions > 4 else 1
+
+                # Execute the action, move by move: a goal counts wherever it is met.
+                executed = 0
+                next_row = row
+                while executed < length:
+                    cell = next_cell[move, cell]
+                    goal = goal_at[cell]
+                    rows[executed] = next_row
+                    rewards[executed] = _reward(goal, reached, n_goals, rules)
+                    met = goal == reached
+                    reached += met
+                    executed += 1
+                    if reached == n_goals:
+                        break
+                    next_row = observation[period, reached, cell]
+                    if moves + executed == rules.max_steps or (met and rules.stop_at_sub_goal):
+                        break
+                rows[executed] = next_row
+                moves += executed
+
+                # The last state bootstraps unless it is terminal; the one at the step cap is not.
+                terminal = reached == n_goals
+                result, discount = _discounted(rewards, 0, executed, rules.gamma)
+                if length > 1 and rules.printed_msa_reward:
+                    result = 0.0
+                    for power in range(executed + 1):
+                        result += rewards[0] * rules.gamma**power
+                best = 0.0
+                if not terminal:
+                    best, count = _maximum(q, next_row, n_actions)
+                _update(q, row, action, result, discount, best, rules)
+                if length > 1:
+                    _propagate(q, rows, rewards, executed, terminal, move, length, lengths, n_actions, rules)
+                if length > 1 or next_row == row:
+                    best, count = _maximum(q, next_row, n_actions)
+                row = next_row
+
+            steps[period, trial] = moves
+            success[period, trial] = reached == n_goals
+
+        for goal in range(n_goals):
+            goal_at[layout[period, 1 + goal]] = -1

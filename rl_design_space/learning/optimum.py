@@ -1,0 +1,57 @@
+"""The exact optimum: the shortest tour from the start through all goals in their order."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Fewest primitive moves that solve each layout, the sum of its shortest legs.
+
+    Args:
+        next_cell: (4, cells) transition table of any deterministic world.
+        layout: (periods, 1 + n_goals) start and goals.
+
+    Returns:
+        (periods,) int32 moves.
+
+    Raises:
+        ValueError: a goal cannot be reached.
+    """
+    tours: NDArray[np.int32] = _tours(next_cell, layout)
+    if (tours < 0).any():
+        period = int(np.flatnonzero(tours < 0)[0])
+        raise ValueError(f"period {period}: no way leads through the cells {layout[period].tolist()} in this order")
+    return tours
+
+
+@njit(nogil=True, cache=True)
+def _tours(next_cell, layout):
+    """Breadth-first search for every leg; -1 where there is no way."""
+    cells = next_cell.shape[1]
+    distance = np.empty(cells, dtype=np.int32)
+    queue = np.empty(cells, dtype=np.int32)
+    tours = np.zeros(layout.shape[0], dtype=np.int32)
+    for period in range(layout.shape[0]):
+        for leg in range(layout.shape[1] - 1):
+            target = layout[period, leg + 1]
+            distance[:] = -1
+            distance[layout[period, leg]] = 0
+            queue[0] = layout[period, leg]
+            head, tail = 0, 1
+            while head < tail and distance[target] < 0:
+                cell = queue[head]
+                head += 1
+                for move in range(4):
+                    neighbour = next_cell[move, cell]
+                    if distance[neighbour] < 0:
+                        distance[neighbour] = distance[cell] + 1
+                        queue[tail] = neighbour
+                        tail += 1
+            if distance[target] < 0:
+                tours[period] = -1
+                break
+            tours[period] += distance[target]
+    return tours
