@@ -18,7 +18,7 @@ help:
 
 run: $(VENV)/.run
 	$(BIN)/rl-design-space study=table4 outputs=$(OUTPUTS)
-	$(BIN)/rl-design-report table4 --outputs $(OUTPUTS)
+	$(BIN)/rl-design-report table4 outputs=$(OUTPUTS)
 
 test: lint
 	$(BIN)/python -m pytest

@@ -1,0 +1,1 @@
+"""Analysis: frames in, frames out, no input or output and no learning."""

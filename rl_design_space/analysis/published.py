@@ -1,0 +1,43 @@
+"""Measured values beside published ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from rl_design_space.analysis.statistics import mean_estimate, top_percent_share
+
+
+def compare_with_published(periods: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
+    """One row a published cell, with what was measured for it.
+
+    Args:
+        periods: one row a period: the cell's keys, `value`, and `failed`, whether a trial missed the goal.
+        published: one row a cell: its keys and `paper`, the published value.
+
+    Returns:
+        The keys, `paper`, `measured` (mean over periods), `ci_low`, `ci_high` (95 %), `ratio` (measured / paper),
+        `failed_periods` (share) and `top_percent` (see `statistics.top_percent_share`). A cell that was not
+        measured holds NaN.
+    """
+    keys = [column for column in published.columns if column != "paper"]
+    rows = [_measure(cell, keys, group) for cell, group in periods.groupby(keys, sort=False)]
+    columns = [*keys, "measured", "ci_low", "ci_high", "failed_periods", "top_percent"]
+    measured = pd.DataFrame(rows, columns=columns)
+    table = published.merge(measured, on=keys, how="left", validate="one_to_one")
+    table["ratio"] = table["measured"] / table["paper"]
+    return table[[*keys, "paper", "measured", "ci_low", "ci_high", "ratio", "failed_periods", "top_percent"]]
+
+
+def _measure(cell: Sequence[object], keys: Sequence[str], group: pd.DataFrame) -> dict[str, object]:
+    values = group["value"].to_numpy()
+    estimate = mean_estimate(values)
+    return {
+        **dict(zip(keys, cell, strict=True)),
+        "measured": estimate.value,
+        "ci_low": estimate.low,
+        "ci_high": estimate.high,
+        "failed_periods": group["failed"].mean(),
+        "top_percent": top_percent_share(values),
+    }

@@ -1,0 +1,33 @@
+"""Errors that a user can mend: they are shown as one message, without a traceback, and exit with 2."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class ConfigError(ValueError):
+    """Something in a configuration, on the command line or in a file, cannot be used as it is."""
+
+    @classmethod
+    def at(cls, key: str, value: object, expected: str) -> ConfigError:
+        """The usual form: which key, which value, and what would be right."""
+        return cls(f"{key}={_as_typed(value)}: {expected}")
+
+    @classmethod
+    def unknown(cls, what: str, name: str, known: Iterable[str], prefix: str = "") -> ConfigError:
+        """A name that does not exist, with the nearest one that does."""
+        known = sorted(known)
+        beginning = [candidate for candidate in known if name and candidate.startswith(name)]
+        nearest = beginning or get_close_matches(name, known, n=1, cutoff=0.5)
+        hint = f"; did you mean {prefix}{nearest[0]}?" if nearest else ""
+        return cls(f"{prefix}{name}: no such {what}{hint} (there is {', '.join(known) or 'none'})")
+
+
+def _as_typed(value: object) -> str:
+    """A value as one would type it in YAML."""
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_as_typed, value))}]"
+    return str(value)

@@ -1,0 +1,78 @@
+"""The command `rl-design-report`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from rl_design_space.errors import ConfigError
+
+if TYPE_CHECKING:
+    from rl_design_space.sweep.plan import PlannedPoint
+    from rl_design_space.tracking.read import RunReader
+
+
+class Report(Protocol):
+    """What a study's file may name as its report."""
+
+    def write(self, name: str, plan: Sequence[PlannedPoint], reader: RunReader, folder: Path) -> list[Path]:
+        """Write files called after the study into a folder.
+
+        Args:
+            name: of the study.
+            plan: the points that the report is about.
+            reader: of the tracked runs; points without a run are missing, and shown as such.
+            folder: made if need be.
+
+        Returns:
+            The paths written.
+        """
+        ...
+
+
+def main() -> None:
+    """Write a report; errors that a user can mend are one message and exit status 2."""
+    parser = argparse.ArgumentParser(
+        prog="rl-design-report",
+        description="Write the report of a study from its tracked runs, into outputs/report.",
+        epilog="example: rl-design-report table4 outputs=outputs",
+    )
+    parser.add_argument("report", help="name of a study, e.g. table4")
+    parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
+    arguments = parser.parse_args()
+    try:
+        for path in write_report(arguments.report, arguments.overrides):
+            print(path)
+    except ConfigError as error:
+        if os.environ.get("HYDRA_FULL_ERROR", "0") not in ("", "0"):
+            raise
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+def write_report(name: str, overrides: list[str]) -> list[Path]:
+    """Write the report of a study.
+
+    Args:
+        name: of the study.
+        overrides: of the study's points and of the settings, as on the command line that ran it.
+
+    Returns:
+        The files written.
+
+    Raises:
+        ConfigError: there is no such report, or nothing was recorded.
+    """
+    from rl_design_space.sweep.build import build_settings
+    from rl_design_space.sweep.compose import shipped_config
+    from rl_design_space.sweep.study import load_study
+
+    with shipped_config():
+        study = load_study(name, overrides)
+    settings = build_settings(study.config)
+    report: Report = study.report()
+    return report.write(name, study.plan, settings.tracking.reader(), Path(settings.outputs) / "report")

@@ -1,0 +1,110 @@
+"""Heatmaps of cells that were published and measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+import seaborn as sns
+from matplotlib.colors import LogNorm
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import LogLocator
+
+from rl_design_space.report.published_table import HEAVY_TAIL
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from rl_design_space.report.published_table import PublishedTable
+
+# Even in lightness from end to end, so that it reads in grey and for colour-blind eyes.
+_COLOURS = "cividis_r"
+_SETTINGS: dict[Any, Any] = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "font.size": 9}
+
+#: Height within the cell, text, and how it looks.
+_Line = tuple[float, str, dict[str, Any]]
+
+
+def draw(cells: pd.DataFrame, table: PublishedTable) -> Figure:
+    """One heatmap a panel: colour and large number are measured, below them stand interval, paper and ratio.
+
+    Args:
+        cells: as `analysis.published.compare_with_published` returns them.
+        table: names and labels.
+    """
+    panel, row, column = table.axes
+    panels = list(cells[panel].unique())
+    measured = cells["measured"].dropna()
+    norm = LogNorm(measured.min(), measured.max()) if len(measured) else LogNorm(1, 10)
+    with mpl.rc_context(_SETTINGS):
+        figure, axes = plt.subplots(
+            1, len(panels), figsize=(5.4 * len(panels) + 0.6, 5.0), layout="constrained", squeeze=False
+        )
+        for axis, name in zip(axes[0], panels, strict=True):
+            here = cells[cells[panel] == name]
+            values = here.pivot_table(index=row, columns=column, values="measured", dropna=False, sort=False)
+            sns.heatmap(
+                values, ax=axis, norm=norm, cmap=_COLOURS, cbar=False, square=True, linewidths=1.5, linecolor="white"
+            )  # fmt: skip
+            _annotate(axis, here, values, row, column)
+            axis.set_title(table.label(name), fontsize=11)
+            axis.set_xlabel(table.label(column))
+            axis.set_ylabel(table.label(row))
+            axis.tick_params(length=0)
+            axis.set_yticklabels(axis.get_yticklabels(), rotation=0)
+        mappable = plt.cm.ScalarMappable(norm=norm, cmap=_COLOURS)
+        bar = figure.colorbar(
+            mappable, ax=axes[0].tolist(), shrink=0.8, ticks=LogLocator(subs=(1, 2, 5)), format="{x:,.0f}"
+        )
+        bar.minorticks_off()
+        bar.set_label("measured, logarithmic")
+        figure.suptitle(table.title, fontsize=12)
+    return figure
+
+
+def save(figure: Figure, stem: Path) -> list[Path]:
+    """Write a figure as PNG and SVG, the same bytes for the same figure."""
+    paths = []
+    with mpl.rc_context(_SETTINGS):
+        for suffix, metadata in ((".png", {}), (".svg", {"Date": None})):
+            path = stem.with_suffix(suffix)
+            figure.savefig(path, dpi=160, metadata=metadata)
+            paths.append(path)
+    plt.close(figure)
+    return paths
+
+
+def _annotate(axis: Axes, cells: pd.DataFrame, values: pd.DataFrame, row: str, column: str) -> None:
+    """Write into every cell; hatch the ones that were not measured."""
+    colours = np.asarray(axis.collections[0].get_facecolor())
+    rows, columns = values.index.tolist(), values.columns.tolist()
+    for cell in cells.to_dict("records"):
+        y, x = rows.index(cell[row]), columns.index(cell[column])
+        if np.isnan(cell["measured"]):
+            axis.add_patch(Rectangle((x, y), 1, 1, fill=False, hatch="///", edgecolor="0.6", linewidth=0))
+            _write(axis, x, y, [(0.5, f"not measured\npaper {cell['paper']:,.0f}", {})], "black")
+            continue
+        lightness = colours[y * len(columns) + x][:3] @ (0.299, 0.587, 0.114)
+        lines: list[_Line] = [
+            (0.24, f"{cell['measured']:,.0f}", {"fontsize": 13, "fontweight": "bold"}),
+            (0.44, f"{cell['ci_low']:,.0f} – {cell['ci_high']:,.0f}", {"fontsize": 8}),
+            (0.62, f"paper {cell['paper']:,.0f}", {}),
+            (0.77, f"ratio {cell['ratio']:.2f}", {}),
+        ]
+        remarks = [f"failures in {cell['failed_periods']:.0%}"] if cell["failed_periods"] >= 0.005 else []
+        remarks += ["heavy tail"] if cell["top_percent"] >= HEAVY_TAIL else []
+        lines.append((0.91, ", ".join(remarks), {"fontsize": 8, "style": "italic"}))
+        _write(axis, x, y, lines, "black" if lightness > 0.5 else "white")
+
+
+def _write(axis: Axes, x: int, y: int, lines: list[_Line], colour: str) -> None:
+    for height, text, style in lines:
+        axis.text(x + 0.5, y + height, text, ha="center", va="center", color=colour, **style)

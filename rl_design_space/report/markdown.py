@@ -1,0 +1,80 @@
+"""Reports as Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rl_design_space.report.published_table import HEAVY_TAIL
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rl_design_space.report.published_table import PublishedTable
+    from rl_design_space.sweep.plan import PlannedPoint
+
+
+def published_table_text(name: str, cells: pd.DataFrame, table: PublishedTable, plan: Sequence[PlannedPoint]) -> str:
+    """The table with its picture, the commands behind it, and how to read it."""
+    measured = cells.dropna(subset="measured")
+    periods = sorted({planned.point.task.periods for planned in plan})
+    lines = [
+        f"# {table.title}",
+        "",
+        f"![{table.title}: measured and published values]({name}.png)",
+        "",
+        f"Made by `rl-design-report {name}` from runs of `rl-design-space study={name}`, "
+        f"{' or '.join(map(str, periods))} periods a cell.",
+        "",
+        *_rows(cells, table),
+        "",
+    ]
+    if len(measured):
+        lines += [_fit(measured, table), ""]
+    missing = len(cells) - len(measured)
+    if missing:
+        lines += [f"**{missing} of {len(cells)} cells are missing**; `rl-design-space study={name}` makes them.", ""]
+    lines += [
+        "Measured is the mean over periods of the primitive moves of all trials, failed trials included with the "
+        "moves until the step cap; in brackets the 95 % BCa bootstrap interval over periods. The paper gives one "
+        "number a cell and no spread.",
+        "",
+        f"Heavy tail (†): the 1 % of periods with most steps make {HEAVY_TAIL:.0%} or more of all steps. Such a mean "
+        "hangs on few periods, the paper's as much as ours, so its ratio says little.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _rows(cells: pd.DataFrame, table: PublishedTable) -> list[str]:
+    header = [*table.axes, "paper", "measured", "95 % interval", "ratio", "periods with a failed trial"]
+    rows = [f"| {' | '.join(header)} |", f"|{'---|' * len(header)}"]
+    for cell in cells.to_dict("records"):
+        keys = [str(cell[axis]) for axis in table.axes]
+        if np.isnan(cell["measured"]):
+            values = [f"{cell['paper']:,.0f}", "missing", "", "", ""]
+        else:
+            tail = " †" if cell["top_percent"] >= HEAVY_TAIL else ""
+            values = [
+                f"{cell['paper']:,.0f}",
+                f"{cell['measured']:,.0f}",
+                f"{cell['ci_low']:,.0f} – {cell['ci_high']:,.0f}",
+                f"{cell['ratio']:.3f}",
+                f"{cell['failed_periods']:.1%}{tail}",
+            ]
+        rows.append(f"| {' | '.join([*keys, *values])} |")
+    return rows
+
+
+def _fit(measured: pd.DataFrame, table: PublishedTable) -> str:
+    """How far measured and published lie apart, a panel at a time."""
+    panel = next(iter(table.panel))
+    parts = []
+    for name, here in measured.groupby(panel, sort=False):
+        log_ratio = np.log(here["ratio"])
+        rms = np.expm1(np.sqrt((log_ratio**2).mean()))
+        worst = np.expm1(log_ratio.abs().max())
+        parts.append(f"{table.label(name)}: rms {rms:.1%}, largest {worst:.1%}")
+    return f"Distance from the paper (log ratio): {'; '.join(parts)}."

@@ -1,0 +1,121 @@
+"""From command-line overrides to a planned design point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from copy import deepcopy
+from dataclasses import fields
+
+import hydra
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
+from omegaconf import DictConfig, OmegaConf
+
+from rl_design_space._paths import CONF
+from rl_design_space.design import DesignPoint
+from rl_design_space.errors import ConfigError
+from rl_design_space.sweep.build import build_point
+from rl_design_space.sweep.explain import explain
+from rl_design_space.sweep.plan import PlannedPoint
+
+CONFIG_NAME = "config"
+#: The design choices that are config groups: all but plain numbers.
+OPTION_GROUPS = tuple(field.name for field in fields(DesignPoint) if field.name not in ("seed", "task"))
+
+
+@contextmanager
+def shipped_config() -> Iterator[None]:
+    """Make Hydra find the shipped configuration, whatever it was looking at before."""
+    outer = GlobalHydra.instance().hydra
+    GlobalHydra.instance().clear()
+    try:
+        with hydra.initialize_config_dir(str(CONF), job_name="rl-design-space", version_base="1.3"):
+            yield
+    finally:
+        GlobalHydra.instance().hydra = outer
+
+
+def compose(overrides: Sequence[str] = ()) -> PlannedPoint:
+    """The point that these overrides of the shipped configuration describe.
+
+    Raises:
+        ConfigError: an override is not understood or its value is not allowed.
+    """
+    with shipped_config():
+        return Composer()(overrides)
+
+
+class Composer:
+    """Composes many points of the configuration that Hydra is looking at.
+
+    Hydra's own composition takes 150 ms. Points that choose the same options differ in values only, so each
+    combination of options is composed once and the values are put into a copy.
+    """
+
+    def __init__(self) -> None:
+        self._loader = GlobalHydra.instance().config_loader()
+        self._groups = set(self._loader.list_groups(""))
+        self._bases: dict[tuple[str, ...], DictConfig] = {}
+        self.parser = OverridesParser.create(config_loader=self._loader)
+
+    def __call__(self, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
+        """Plan the point that these overrides describe.
+
+        Raises:
+            ConfigError: an override is not understood or its value is not allowed.
+        """
+        config = self.config(overrides)
+        return planned_point(config, config.hydra.runtime.choices, overrides, studies)
+
+    def config(self, overrides: Sequence[str]) -> DictConfig:
+        """The composed config, Hydra's own part included.
+
+        Raises:
+            ConfigError: as above.
+        """
+        try:
+            parsed = self.parser.parse_overrides(list(overrides))
+            options = tuple(o.input_line or "" for o in parsed if not self._sets_a_value(o))
+            if options not in self._bases:
+                self._bases[options] = hydra.compose(CONFIG_NAME, list(options), return_hydra_config=True)
+            config = deepcopy(self._bases[options])
+            for override in filter(self._sets_a_value, parsed):
+                OmegaConf.update(config, override.key_or_group, override.value(), merge=True)
+        except Exception as error:
+            if explained := explain(error):
+                raise explained from error
+            raise
+        return config
+
+    def _sets_a_value(self, override: Override) -> bool:
+        """Whether an override only replaces a value, and leaves alone which files are composed."""
+        return (
+            override.package is None
+            and not (override.is_add() or override.is_force_add() or override.is_delete())
+            and override.key_or_group not in self._groups
+            and not override.is_hydra_override()
+            and not override.is_sweep_override()
+        )
+
+
+def planned_point(
+    config: DictConfig, choices: Mapping[str, str | None], overrides: Sequence[str], studies: tuple[str, ...] = ()
+) -> PlannedPoint:
+    """The point of a composed config.
+
+    Args:
+        config: the composed config.
+        choices: name of the option chosen in every config group.
+        overrides: what was composed.
+        studies: the studies that ask for the point.
+
+    Raises:
+        ConfigError: a value is not allowed.
+    """
+    for group in OPTION_GROUPS:
+        if not choices.get(group):
+            raise ConfigError(f"{group}: name exactly one option, as in {group}=OPTION")
+    options = {group: str(choices[group]) for group in OPTION_GROUPS}
+    return PlannedPoint(point=build_point(config), options=options, overrides=tuple(overrides), studies=studies)

@@ -1,0 +1,34 @@
+"""A design point as plain data, for records and for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from rl_design_space.design import DesignPoint
+
+
+def parameters(point: DesignPoint) -> dict[str, Any]:
+    """Every value of a point by its dotted name, as on the command line."""
+    return dict(_flat("", point))
+
+
+def resolved_config(point: DesignPoint) -> dict[str, Any]:
+    """The point as a nested config, every `_target_` and every value written out."""
+    return {field.name: _config(getattr(point, field.name)) for field in fields(point)}
+
+
+def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if not is_dataclass(value):
+        yield key, _config(value)
+        return
+    for field in fields(value):
+        yield from _flat(f"{key}.{field.name}" if key else field.name, getattr(value, field.name))
+
+
+def _config(value: Any) -> Any:
+    if is_dataclass(value):
+        target = f"{type(value).__module__}.{type(value).__qualname__}"
+        return {"_target_": target} | {field.name: _config(getattr(value, field.name)) for field in fields(value)}
+    return list(value) if isinstance(value, tuple) else value

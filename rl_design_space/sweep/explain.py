@@ -1,0 +1,73 @@
+"""Turn the errors of Hydra, OmegaConf and pydantic into messages for people who write configs."""
+
+from __future__ import annotations
+
+import re
+
+from hydra.errors import ConfigCompositionException, HydraException, MissingConfigException, OverrideParseException
+from omegaconf import DictConfig
+from omegaconf.errors import (
+    ConfigAttributeError,
+    ConfigKeyError,
+    InterpolationKeyError,
+    MissingMandatoryValue,
+    OmegaConfBaseException,
+)
+from pydantic import ValidationError
+
+from rl_design_space.errors import ConfigError
+
+_HIDDEN_KEYS = {"_target_", "hydra"}
+
+
+def explain(error: Exception) -> ConfigError | None:
+    """The same error in the user's terms, or None if it is not about the configuration."""
+    if isinstance(error, ConfigError):
+        return error
+    if isinstance(error, MissingConfigException) and error.missing_cfg_file:
+        group, _, option = str(error.missing_cfg_file).rpartition("/")
+        return ConfigError.unknown("option", option, error.options or (), prefix=f"{group}=")
+    if isinstance(error, OverrideParseException):
+        return ConfigError(f"{error.override}: not an override; they look like key=value, e.g. exploration.k=0.02")
+    if isinstance(error, ConfigCompositionException) and isinstance(
+        error.__cause__, (ConfigAttributeError, ConfigKeyError)
+    ):
+        return unknown_key(error.__cause__)
+    if isinstance(error, (ConfigAttributeError, ConfigKeyError)):
+        return unknown_key(error)
+    if isinstance(error, MissingMandatoryValue):
+        return ConfigError.at(str(error.full_key), "???", "needs a value")
+    if isinstance(error, InterpolationKeyError):
+        return ConfigError(f"{error.full_key}: {str(error).splitlines()[0]}")
+    if ambiguous := re.match(r"Ambiguous value for argument '(.*)'", str(error)):
+        return ConfigError(f"{ambiguous[1]}: several values make a sweep; add -m to run them all")
+    if isinstance(error, (HydraException, OmegaConfBaseException)):
+        return ConfigError(" ".join(str(error).split()))
+    return None
+
+
+def unknown_key(error: ConfigAttributeError | ConfigKeyError) -> ConfigError:
+    """A key that the composed config does not have, with the nearest one that it has."""
+    parent, _, key = str(error.full_key).rpartition(".")
+    siblings = error.parent_node if isinstance(error.parent_node, DictConfig) else {}
+    known = [str(name) for name in siblings if name not in _HIDDEN_KEYS]
+    option = str(siblings.get("_target_", "")).rpartition(".")[2]
+    return ConfigError.unknown(f"key in {option}" if option else "key", key, known, f"{parent}." if parent else "")
+
+
+def invalid(prefix: str, error: ValidationError, known: list[str]) -> ConfigError:
+    """What pydantic found wrong with the fields of one choice."""
+    lines = []
+    for detail in error.errors(include_url=False):
+        key = ".".join(str(part) for part in (prefix, *detail["loc"]) if part != "")
+        if detail["type"] == "unexpected_keyword_argument":
+            lines.append(str(ConfigError.unknown("key", str(detail["loc"][-1]), known, f"{prefix}.")))
+        elif not detail["loc"]:
+            lines.append(_plain(detail["msg"]))
+        else:
+            lines.append(str(ConfigError.at(key, detail["input"], _plain(detail["msg"]))))
+    return ConfigError("\n".join(lines))
+
+
+def _plain(message: str) -> str:
+    return re.sub(r"^(Input |Value error, |Assertion failed, )", "", message)

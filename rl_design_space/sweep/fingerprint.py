@@ -1,0 +1,33 @@
+"""The identity of a design point: a digest of its scientific content."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from rl_design_space.design import DesignPoint
+from rl_design_space.learning.version import KERNEL_VERSION
+
+
+def fingerprint(point: DesignPoint) -> str:
+    """SHA-256 over everything that determines a point's learning curves, as 64 hexadecimal digits.
+
+    Option names, tracking, paths and thread counts do not count: `reward=many_rewards reward.step=0` is the
+    same point as `reward=each_success`.
+    """
+    content = {"kernel": KERNEL_VERSION, "point": _content(point)}
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def _content(value: Any) -> Any:
+    if is_dataclass(value):
+        kind = type(value)
+        shipped = kind.__module__.startswith("rl_design_space.")
+        name = kind.__qualname__ if shipped else f"{kind.__module__}:{kind.__qualname__}"
+        return {"is": name} | {field.name: _content(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, (list, tuple)):
+        return [_content(item) for item in value]
+    return value + 0.0 if isinstance(value, float) else value  # 0.0 and -0.0 are one number

@@ -1,0 +1,82 @@
+"""Where results are recorded, as chosen in conf/tracking. Nothing here imports MLflow until a tracker is opened."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
+
+from pydantic import AfterValidator, Field, Strict
+from pydantic.dataclasses import dataclass
+
+from rl_design_space.design._fields import STRICT
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
+from rl_design_space.tracking.tracker import NullTracker, Tracker
+
+if TYPE_CHECKING:
+    from rl_design_space.tracking.read import RunReader
+
+
+def _known_curve(name: str) -> str:
+    if name not in CURVES_ON_DEMAND:
+        always = " (recorded anyway)" if name in CURVES else ""
+        raise ValueError(f"should be among {', '.join(CURVES_ON_DEMAND)}{always}")
+    return name
+
+
+@runtime_checkable
+class Tracking(Protocol):
+    """A choice of where to record."""
+
+    def open(self) -> Tracker:
+        """Make ready to record.
+
+        Raises:
+            ConfigError: the store cannot be used.
+        """
+        ...
+
+    def reader(self) -> RunReader:
+        """Make ready to read what was recorded.
+
+        Raises:
+            ConfigError: there is nothing to read.
+        """
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class MlflowTracking:
+    """MLflow, by the URI of its tracking store.
+
+    Attributes:
+        uri: `sqlite:///path`, `postgresql://…`, `http://…`.
+        experiment: name of the experiment that holds the design points.
+        sweeps: name of the experiment that holds a summary run for each sweep.
+        curves: learning curves recorded beside those that always are.
+    """
+
+    uri: Annotated[str, Field(pattern=r"^[a-z+0-9]+:")]
+    experiment: Annotated[str, Field(min_length=1)] = "design points"
+    sweeps: Annotated[str, Field(min_length=1)] = "sweeps"
+    curves: Annotated[tuple[Annotated[str, AfterValidator(_known_curve)], ...], Strict(False)] = ()
+
+    def open(self) -> Tracker:
+        from rl_design_space.tracking.mlflow_tracker import MlflowTracker
+
+        return MlflowTracker(self)
+
+    def reader(self) -> RunReader:
+        from rl_design_space.tracking.read import RunReader
+
+        return RunReader(self.uri, self.experiment)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class NoTracking:
+    """Nothing is recorded."""
+
+    def open(self) -> Tracker:
+        return NullTracker()
+
+    def reader(self) -> RunReader:
+        raise ConfigError("tracking=none: nothing was recorded, so there is nothing to read")
