@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shlex
 import sys
 from typing import Any
 
@@ -12,38 +10,37 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig
 
 from rl_design_space._paths import CONF
+from rl_design_space.errors import shown_as_messages
 
-_FULL_ERROR = "HYDRA_FULL_ERROR"
+#: Overrides of a study's points. They are meant for what the study's blocks choose, not for the defaults that
+#: Hydra composes first, so they are kept from Hydra: `study=table4 exploration.k=0.05`.
+_for_points: list[str] = []
 
 
 def main() -> None:
     """Run the application; errors that a user can mend are one message and exit status 2."""
-    wants_traceback = os.environ.get(_FULL_ERROR, "0") not in ("", "0")
-    # With this set, Hydra hands errors on instead of printing them and exiting with 1.
-    os.environ[_FULL_ERROR] = "1"
-    try:
-        application()
-    except KeyboardInterrupt:
-        sys.exit("interrupted; the same command goes on where this one stopped")
-    except Exception as error:
-        from rl_design_space.sweep.explain import explain
+    from rl_design_space.sweep.study import split_arguments
 
-        explained = explain(error)
-        if wants_traceback or explained is None:
-            raise
-        print(f"error: {explained}", file=sys.stderr)
-        sys.exit(2)
+    sys.argv[1:], _for_points[:] = split_arguments(sys.argv[1:])
+    try:
+        with shown_as_messages():
+            application()
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on where this one stopped", file=sys.stderr)
+        sys.exit(130)
 
 
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
 def application(config: DictConfig) -> float | None:
     """Run one design point, or the points of a study."""
     run = HydraConfig.get()
-    overrides = list(run.overrides.task)
+    overrides = [*run.overrides.task, *_for_points]
     study = run.runtime.choices.get("study")
-    if not study:
-        return _run_point(config, run.runtime.choices, overrides)
-    _run_study(study, config, overrides)
+    # Here too, because Hydra adds a line of its own to every exception that leaves a job.
+    with shown_as_messages():
+        if not study:
+            return _run_point(config, run.runtime.choices, overrides)
+        _run_study(study, overrides)
     return None
 
 
@@ -61,24 +58,22 @@ def _run_point(config: DictConfig, choices: Any, overrides: list[str]) -> float:
     return stored.scalars["total_steps"]
 
 
-def _run_study(name: str, config: DictConfig, overrides: list[str]) -> None:
+def _run_study(name: str, overrides: list[str]) -> None:
     from rl_design_space.sweep.build import build_settings
-    from rl_design_space.sweep.compose import Composer
     from rl_design_space.sweep.run import run_sweep
-    from rl_design_space.sweep.study import plan_study
+    from rl_design_space.sweep.study import load_study
     from rl_design_space.terminal import SweepDisplay, console, failure_table
 
-    settings = build_settings(config)
-    plan = plan_study(name, config, overrides, Composer())
+    study = load_study(name, overrides)
+    settings = build_settings(study.config)
     tracker = settings.tracking.open()
-    command = shlex.join(["rl-design-space", *sys.argv[1:]])
-    with SweepDisplay(name, len(plan)) as display:
-        outcome = run_sweep(name, command, plan, tracker, settings.threads, display.report)
+    with SweepDisplay(name, len(study.plan)) as display:
+        outcome = run_sweep(study, tracker, settings.threads, display.report)
     counts = outcome.counts
     console.print(
-        f"study {name}: {len(plan)} points, {counts['done']} learned now, {counts['already']} before, "
+        f"study {name}: {len(study.plan)} points, {counts['done']} learned now, {counts['already']} before, "
         f"{counts['failed']} failed; in {tracker.location}"
     )
     if outcome.failed:
-        console.print(failure_table(plan, outcome.failed))
+        console.print(failure_table(study.plan, outcome.failed))
         sys.exit(1)

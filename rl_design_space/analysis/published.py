@@ -24,7 +24,9 @@ def compare_with_published(periods: pd.DataFrame, published: pd.DataFrame) -> pd
     keys = [column for column in published.columns if column != "paper"]
     rows = [_measure(cell, keys, group) for cell, group in periods.groupby(keys, sort=False)]
     columns = [*keys, "measured", "ci_low", "ci_high", "failed_periods", "top_percent"]
-    measured = pd.DataFrame(rows, columns=columns)
+    measured = pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(columns[len(keys) :], float))
+    if measured.empty:
+        measured = measured.astype(published.dtypes[keys].to_dict())
     table = published.merge(measured, on=keys, how="left", validate="one_to_one")
     table["ratio"] = table["measured"] / table["paper"]
     return table[[*keys, "paper", "measured", "ci_low", "ci_high", "ratio", "failed_periods", "top_percent"]]

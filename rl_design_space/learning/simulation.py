@@ -49,13 +49,17 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
     success = np.empty((task.periods, task.trials), dtype=np.bool_)
 
     def learn_share(share: slice) -> None:
-        observation, n_rows = q_rows(point.representation.observation(point.world, layout[share, 1:]))
+        learn_rows(share, *q_rows(point.representation.observation(point.world, layout[share, 1:])))
+
+    def learn_rows(share: slice, observation: NDArray[np.int32], n_rows: int) -> None:
         q = np.empty((n_rows, 4 * len(lengths)))
         learn(
             next_cell, observation, layout[share], threshold, lengths, rules, generator[share], q,
             steps[share], success[share],
         )  # fmt: skip
 
+    # No period at all: compiles, or loads what was compiled, outside the measured time.
+    learn_rows(slice(0, 0), np.empty((0, task.goals, cells), dtype=np.int32), 0)
     started = perf_counter()
     size = max(1, min(task.periods // (threads * _SHARES_PER_THREAD), _CODES_IN_FLIGHT // (task.goals * cells)))
     shares = [slice(first, first + size) for first in range(0, task.periods, size)]

@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import argparse
-import os
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from rl_design_space.errors import ConfigError
+from rl_design_space.errors import shown_as_messages
 
 if TYPE_CHECKING:
-    from rl_design_space.sweep.plan import PlannedPoint
+    from rl_design_space.sweep.study import Study
     from rl_design_space.tracking.read import RunReader
 
 
 class Report(Protocol):
     """What a study's file may name as its report."""
 
-    def write(self, name: str, plan: Sequence[PlannedPoint], reader: RunReader, folder: Path) -> list[Path]:
+    def write(self, study: Study, reader: RunReader, folder: Path) -> list[Path]:
         """Write files called after the study into a folder.
 
         Args:
-            name: of the study.
-            plan: the points that the report is about.
+            study: whose points the report is about.
             reader: of the tracked runs; points without a run are missing, and shown as such.
             folder: made if need be.
 
@@ -44,14 +40,9 @@ def main() -> None:
     parser.add_argument("report", help="name of a study, e.g. table4")
     parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
     arguments = parser.parse_args()
-    try:
+    with shown_as_messages():
         for path in write_report(arguments.report, arguments.overrides):
             print(path)
-    except ConfigError as error:
-        if os.environ.get("HYDRA_FULL_ERROR", "0") not in ("", "0"):
-            raise
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(2)
 
 
 def write_report(name: str, overrides: list[str]) -> list[Path]:
@@ -75,4 +66,4 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
         study = load_study(name, overrides)
     settings = build_settings(study.config)
     report: Report = study.report()
-    return report.write(name, study.plan, settings.tracking.reader(), Path(settings.outputs) / "report")
+    return report.write(study, settings.tracking.reader(), Path(settings.outputs) / "report")

@@ -29,6 +29,11 @@ if TYPE_CHECKING:
 _COLOURS = "cividis_r"
 _SETTINGS: dict[Any, Any] = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "font.size": 9}
 
+_LEGEND = (
+    "Large: mean over periods, with its 95 % interval. Failures: share of periods in which a trial missed the goal.\n"
+    f"† heavy tail: the 1 % of periods with most steps make {HEAVY_TAIL:.0%} or more of all steps."
+)
+
 #: Height within the cell, text, and how it looks.
 _Line = tuple[float, str, dict[str, Any]]
 
@@ -52,7 +57,8 @@ def draw(cells: pd.DataFrame, table: PublishedTable) -> Figure:
             here = cells[cells[panel] == name]
             values = here.pivot_table(index=row, columns=column, values="measured", dropna=False, sort=False)
             sns.heatmap(
-                values, ax=axis, norm=norm, cmap=_COLOURS, cbar=False, square=True, linewidths=1.5, linecolor="white"
+                values, ax=axis, norm=norm, vmin=norm.vmin, vmax=norm.vmax, cmap=_COLOURS, cbar=False,
+                square=True, linewidths=1.5, linecolor="white"
             )  # fmt: skip
             _annotate(axis, here, values, row, column)
             axis.set_title(table.label(name), fontsize=11)
@@ -67,6 +73,7 @@ def draw(cells: pd.DataFrame, table: PublishedTable) -> Figure:
         bar.minorticks_off()
         bar.set_label("measured, logarithmic")
         figure.suptitle(table.title, fontsize=12)
+        figure.supxlabel(_LEGEND, fontsize=8)
     return figure
 
 
@@ -90,7 +97,8 @@ def _annotate(axis: Axes, cells: pd.DataFrame, values: pd.DataFrame, row: str, c
         y, x = rows.index(cell[row]), columns.index(cell[column])
         if np.isnan(cell["measured"]):
             axis.add_patch(Rectangle((x, y), 1, 1, fill=False, hatch="///", edgecolor="0.6", linewidth=0))
-            _write(axis, x, y, [(0.5, f"not measured\npaper {cell['paper']:,.0f}", {})], "black")
+            note = f"not measured\npaper {cell['paper']:,.0f}"
+            _write(axis, x, y, [(0.5, note, {"bbox": {"facecolor": "white", "edgecolor": "none"}})], "black")
             continue
         lightness = colours[y * len(columns) + x][:3] @ (0.299, 0.587, 0.114)
         lines: list[_Line] = [
@@ -99,9 +107,10 @@ def _annotate(axis: Axes, cells: pd.DataFrame, values: pd.DataFrame, row: str, c
             (0.62, f"paper {cell['paper']:,.0f}", {}),
             (0.77, f"ratio {cell['ratio']:.2f}", {}),
         ]
-        remarks = [f"failures in {cell['failed_periods']:.0%}"] if cell["failed_periods"] >= 0.005 else []
-        remarks += ["heavy tail"] if cell["top_percent"] >= HEAVY_TAIL else []
-        lines.append((0.91, ", ".join(remarks), {"fontsize": 8, "style": "italic"}))
+        failures = cell["failed_periods"]
+        remark = "" if failures == 0 else f"failures {failures:.0%}" if failures >= 0.01 else "failures <1%"
+        remark += " †" if cell["top_percent"] >= HEAVY_TAIL else ""
+        lines.append((0.91, remark, {"fontsize": 8, "style": "italic"}))
         _write(axis, x, y, lines, "black" if lightness > 0.5 else "white")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,19 +12,19 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rl_design_space.report.published_table import PublishedTable
-    from rl_design_space.sweep.plan import PlannedPoint
+    from rl_design_space.sweep.study import Study
 
 
-def published_table_text(name: str, cells: pd.DataFrame, table: PublishedTable, plan: Sequence[PlannedPoint]) -> str:
+def published_table_text(study: Study, cells: pd.DataFrame, table: PublishedTable) -> str:
     """The table with its picture, the commands behind it, and how to read it."""
     measured = cells.dropna(subset="measured")
-    periods = sorted({planned.point.task.periods for planned in plan})
+    periods = sorted({planned.point.task.periods for planned in study.plan})
     lines = [
         f"# {table.title}",
         "",
-        f"![{table.title}: measured and published values]({name}.png)",
+        f"![{table.title}: measured and published values]({study.name}.png)",
         "",
-        f"Made by `rl-design-report {name}` from runs of `rl-design-space study={name}`, "
+        f"Made by `{study.report_command}` from runs of `{study.command}`, "
         f"{' or '.join(map(str, periods))} periods a cell.",
         "",
         *_rows(cells, table),
@@ -35,7 +34,7 @@ def published_table_text(name: str, cells: pd.DataFrame, table: PublishedTable, 
         lines += [_fit(measured, table), ""]
     missing = len(cells) - len(measured)
     if missing:
-        lines += [f"**{missing} of {len(cells)} cells are missing**; `rl-design-space study={name}` makes them.", ""]
+        lines += [f"**{missing} of {len(cells)} cells are missing**; `{study.command}` makes them.", ""]
     lines += [
         "Measured is the mean over periods of the primitive moves of all trials, failed trials included with the "
         "moves until the step cap; in brackets the 95 % BCa bootstrap interval over periods. The paper gives one "

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rl_design_space.sweep.plan import PlannedPoint
+    from rl_design_space.sweep.study import Study
     from rl_design_space.tracking.read import RunReader
 
 Axis = Annotated[dict[str, str], Field(min_length=1, max_length=1)]
@@ -63,17 +64,17 @@ class PublishedTable:
         empty = pd.DataFrame(columns=[*self.axes, "value", "failed"])
         return compare_with_published(pd.concat(frames) if frames else empty, self._published_cells())
 
-    def write(self, name: str, plan: Sequence[PlannedPoint], reader: RunReader, folder: Path) -> list[Path]:
-        """Write name.png, .svg, .csv and .md into a folder; the paths written."""
+    def write(self, study: Study, reader: RunReader, folder: Path) -> list[Path]:
+        """Write NAME.png, .svg, .csv and .md into a folder; the paths written."""
         from rl_design_space.report.heatmap import draw, save
         from rl_design_space.report.markdown import published_table_text
 
-        cells = self.frame(plan, reader)
+        name, cells = study.name, self.frame(study.plan, reader)
         folder.mkdir(parents=True, exist_ok=True)
         pictures = save(draw(cells, self), folder / name)
         table, text = folder / f"{name}.csv", folder / f"{name}.md"
         cells.drop(columns="top_percent").to_csv(table, index=False)
-        text.write_text(published_table_text(name, cells, self, plan), encoding="utf-8")
+        text.write_text(published_table_text(study, cells, self), encoding="utf-8")
         return [*pictures, table, text]
 
     def label(self, value: object) -> str:

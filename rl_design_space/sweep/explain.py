@@ -39,6 +39,8 @@ def explain(error: Exception) -> ConfigError | None:
         return ConfigError.at(str(error.full_key), "???", "needs a value")
     if isinstance(error, InterpolationKeyError):
         return ConfigError(f"{error.full_key}: {str(error).splitlines()[0]}")
+    if isinstance(error, OSError) and error.filename:
+        return ConfigError(f"{error.filename}: {error.strerror}; outputs=DIR writes elsewhere")
     if ambiguous := re.match(r"Ambiguous value for argument '(.*)'", str(error)):
         return ConfigError(f"{ambiguous[1]}: several values make a sweep; add -m to run them all")
     if isinstance(error, (HydraException, OmegaConfBaseException)):

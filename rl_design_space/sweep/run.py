@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.sweep.study import Study
 from rl_design_space.tracking.tracker import StoredRun, SweepRecord, Tracker
 
 
@@ -33,9 +34,7 @@ def run_point(planned: PlannedPoint, tracker: Tracker, threads: int | None) -> t
 
 
 def run_sweep(
-    name: str,
-    command: str,
-    plan: Sequence[PlannedPoint],
+    study: Study,
     tracker: Tracker,
     threads: int | None,
     report: Callable[[PlannedPoint, StoredRun | Exception], None],
@@ -43,13 +42,12 @@ def run_sweep(
     """Run the points of a plan that the tracker does not have; a point that fails does not stop the others.
 
     Args:
-        name: of the sweep, and of its summary run.
-        command: that asked for it.
-        plan: distinct points.
+        study: what to run; its summary run has its name.
         tracker: where results go.
         threads: cores that learn, all if None.
         report: is told of every point that ends.
     """
+    plan = study.plan
     outcome = Outcome(already=tracker.finished([planned.fingerprint for planned in plan]))
     for planned in plan:
         if planned.fingerprint in outcome.already:
@@ -58,7 +56,7 @@ def run_sweep(
     if not missing:
         return outcome
 
-    summary = tracker.open_sweep(name, command, plan)
+    summary = tracker.open_sweep(study)
     # Closed here whatever happens: Hydra's own end-of-run callbacks do not fire when a job fails.
     status = "KILLED"
     try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -11,7 +13,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import DictConfig
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.sweep.build import build, plain
+from rl_design_space.sweep.build import SETTINGS, build, plain
 from rl_design_space.sweep.compose import Composer
 from rl_design_space.sweep.explain import explain
 from rl_design_space.sweep.plan import PlannedPoint
@@ -23,13 +25,25 @@ class Study:
 
     Attributes:
         name: of its file in conf/study.
+        overrides: of the command line, beside the name.
         config: composed, with the settings.
         plan: its design points, equal ones once.
     """
 
     name: str
+    overrides: tuple[str, ...]
     config: DictConfig
     plan: list[PlannedPoint]
+
+    @property
+    def command(self) -> str:
+        """The command that runs it."""
+        return shlex.join(["rl-design-space", f"study={self.name}", *self.overrides])
+
+    @property
+    def report_command(self) -> str:
+        """The command that writes its report."""
+        return shlex.join(["rl-design-report", self.name, *self.overrides])
 
     def report(self) -> Any:
         """The report that the study's file describes.
@@ -54,8 +68,25 @@ def load_study(name: str, overrides: Sequence[str]) -> Study:
         ConfigError: there is no such study, a sweep is not understood or a value is not allowed.
     """
     composer = Composer()
-    config = composer.config([f"study={name}", *_not_of_study(overrides)])
-    return Study(name, config, plan_study(name, config, overrides, composer))
+    overrides = tuple(override for override in overrides if not override.startswith("study="))
+    config = composer.config([f"study={name}", *filter(_is_setting, overrides)])
+    return Study(name, overrides, config, plan_study(name, config, overrides, composer))
+
+
+def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Split a command line into what Hydra is to compose and, if it names a study, what the study's points take over.
+
+    Flags, settings and everything that is not an override go to Hydra.
+    """
+    if not any(argument.startswith("study=") for argument in arguments):
+        return list(arguments), []
+    for_points = [a for a in arguments if re.match(r"[+~]*[A-Za-z_]", a) and "=" in a and not _is_setting(a)]
+    return [argument for argument in arguments if argument not in for_points], for_points
+
+
+def _is_setting(override: str) -> bool:
+    """Whether an override concerns how points are run, not the points."""
+    return re.match(rf"[+~]*({'|'.join(SETTINGS)})(?=[./@=]|$)", override) is not None
 
 
 def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer: Composer) -> list[PlannedPoint]:
@@ -77,7 +108,8 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer
     planned: dict[str, PlannedPoint] = {}
     for block, sweeps in blocks.items():
         try:
-            grid = expand([*_as_overrides(sweeps), *_not_of_study(overrides)], composer.parser)
+            of_points = [override for override in overrides if not override.startswith("study.")]
+            grid = expand([*_as_overrides(sweeps), *of_points], composer.parser)
             points = [composer(values, studies=(name,)) for values in grid]
         except ConfigError as error:
             raise ConfigError(f"study {name}, block {block}: {error}") from error
@@ -123,8 +155,3 @@ def _typed(value: Any) -> str:
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     return str(value)
-
-
-def _not_of_study(overrides: Sequence[str]) -> list[str]:
-    """The overrides that a study's points take over: all but the study's own."""
-    return [override for override in overrides if not override.startswith(("study=", "study."))]

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from rl_design_space.learning import LearningCurves
     from rl_design_space.sweep.plan import PlannedPoint
+    from rl_design_space.sweep.study import Study
     from rl_design_space.tracking.options import MlflowTracking
 
 #: MLflow refuses larger batches.
@@ -90,12 +91,12 @@ class MlflowTracker:
             tags = [RunTag(key, value) for key, value in _study_tags(sorted(new)).items()]
             self._client.log_batch(run.run_id, tags=tags)
 
-    def open_sweep(self, name: str, command: str, plan: Sequence[PlannedPoint]) -> SweepRecord:
+    def open_sweep(self, study: Study) -> SweepRecord:
         """Start the summary run of a sweep."""
-        tags = {**_study_tags([name]), **self._origin, "mlflow.note.content": f"`{command}`"}
-        run = self._client.create_run(self._sweeps, tags=tags, run_name=name)
+        tags = {**_study_tags([study.name]), **self._origin, "mlflow.note.content": f"`{study.command}`"}
+        run = self._client.create_run(self._sweeps, tags=tags, run_name=study.name)
         summary = _MlflowSweep(self._client, run.info.run_id)
-        summary.write_plan(plan)
+        summary.write_plan(study.plan)
         return summary
 
 

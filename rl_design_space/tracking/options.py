@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
 
 from pydantic import AfterValidator, Field, Strict
@@ -21,6 +22,12 @@ def _known_curve(name: str) -> str:
         always = " (recorded anyway)" if name in CURVES else ""
         raise ValueError(f"should be among {', '.join(CURVES_ON_DEMAND)}{always}")
     return name
+
+
+def _tracking_uri(uri: str) -> str:
+    if not re.match(r"[a-z][a-z0-9+]*:", uri):
+        raise ValueError("should be a tracking URI such as sqlite:///FILE, postgresql://… or http://…")
+    return uri
 
 
 @runtime_checkable
@@ -55,7 +62,7 @@ class MlflowTracking:
         curves: learning curves recorded beside those that always are.
     """
 
-    uri: Annotated[str, Field(pattern=r"^[a-z+0-9]+:")]
+    uri: Annotated[str, AfterValidator(_tracking_uri)]
     experiment: Annotated[str, Field(min_length=1)] = "design points"
     sweeps: Annotated[str, Field(min_length=1)] = "sweeps"
     curves: Annotated[tuple[Annotated[str, AfterValidator(_known_curve)], ...], Strict(False)] = ()

@@ -33,8 +33,8 @@ def connect(uri: str) -> MlflowClient:
     from mlflow import MlflowClient
     from mlflow.exceptions import MlflowException
 
-    for noisy in ("mlflow", "alembic"):
-        logging.getLogger(noisy).setLevel(logging.WARNING)
+    for noisy, level in (("mlflow", logging.WARNING), ("alembic", logging.WARNING), ("urllib3", logging.ERROR)):
+        logging.getLogger(noisy).setLevel(level)
     path = sqlite_path(uri)
     try:
         if path is None:
@@ -71,4 +71,5 @@ def _open_sqlite(path: Path) -> MlflowClient:
 def _reason(error: Exception) -> str:
     if isinstance(error, Timeout):
         return "another process has been creating it for minutes"
-    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+    first_line = next(iter(str(error).strip().splitlines()), type(error).__name__)
+    return first_line.partition(" with exception ")[0]

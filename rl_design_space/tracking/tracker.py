@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from rl_design_space.learning import LearningCurves
     from rl_design_space.sweep.plan import PlannedPoint
+    from rl_design_space.sweep.study import Study
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class Tracker(Protocol):
         """Note that a stored point belongs to these studies as well."""
         ...
 
-    def open_sweep(self, name: str, command: str, plan: Sequence[PlannedPoint]) -> SweepRecord:
+    def open_sweep(self, study: Study) -> SweepRecord:
         """Start the summary run of a sweep."""
         ...
 
@@ -79,7 +80,7 @@ class NullTracker:
     def add_studies(self, run: StoredRun, studies: Sequence[str]) -> None:
         pass
 
-    def open_sweep(self, name: str, command: str, plan: Sequence[PlannedPoint]) -> SweepRecord:
+    def open_sweep(self, study: Study) -> SweepRecord:
         return self
 
     def close(self, status: str, counts: Mapping[str, int], failures: Mapping[str, str]) -> None:
