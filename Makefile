@@ -19,6 +19,7 @@ help:
 run: $(VENV)/.run
 	$(BIN)/rl-design-space study=table4 outputs=$(OUTPUTS)
 	$(BIN)/rl-design-report table4 outputs=$(OUTPUTS)
+	@echo "The report is in $(OUTPUTS)/report/table4.md, the learning curves are in MLflow: make ui"
 
 test: lint
 	$(BIN)/python -m pytest

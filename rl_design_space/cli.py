@@ -72,7 +72,8 @@ def _run_study(name: str, overrides: list[str]) -> None:
     counts = outcome.counts
     console.print(
         f"study {name}: {len(study.plan)} points, {counts['done']} learned now, {counts['already']} before, "
-        f"{counts['failed']} failed; in {tracker.location}"
+        f"{counts['failed']} failed; in {tracker.location}",
+        soft_wrap=True,
     )
     if outcome.failed:
         console.print(failure_table(study.plan, outcome.failed))

@@ -67,10 +67,14 @@ class SweepDisplay:
         self._reported += 1
         self._progress.update(self._task, advance=1, description=f"{self._name}: {planned.name}")
         if isinstance(result, Exception):
-            console.print(escape(f"failed: {planned.command}\n  {type(result).__name__}: {result}"), style="red")
+            console.print(
+                escape(f"failed: {planned.command}\n  {type(result).__name__}: {result}"), style="red", soft_wrap=True
+            )
         elif not console.is_terminal:
             total = f"{result.scalars['total_steps']:,.1f}"
-            console.print(escape(f"[{self._reported}/{self._points}] {planned.name}: {total} steps a period"))
+            console.print(
+                escape(f"[{self._reported}/{self._points}] {planned.name}: {total} steps a period"), soft_wrap=True
+            )
 
 
 def failure_table(plan: Sequence[PlannedPoint], failed: dict[str, Exception]) -> Table:

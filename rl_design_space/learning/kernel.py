@@ -17,6 +17,11 @@ COIN_SIDES = 2**32
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy")
 
+# Indices are unsigned, so that no index has to be tested for being negative, and a row of the Q-matrix goes by
+# the place of its first value: both shorten the way from one observation to the next.
+_index = np.uint64
+_1, _2, _3, _32, _LOW = _index(1), _index(2), _index(3), _index(32), _index(0xFFFFFFFF)
+
 
 class Rules(NamedTuple):
     """What the learner does, as numbers."""
@@ -40,14 +45,14 @@ class Rules(NamedTuple):
 
 @_compiled
 def _rotated(word, bits):
-    return (word << np.uint64(bits)) | (word >> np.uint64(64 - bits))
+    return (word << _index(bits)) | (word >> _index(64 - bits))
 
 
 @_compiled
 def _next_word(s0, s1, s2, s3):
     """One word of xoshiro256++ and the state after it."""
     word = _rotated(s0 + s3, 23) + s0
-    shifted = s1 << np.uint64(17)
+    shifted = s1 << _index(17)
     s2 ^= s0
     s3 ^= s1
     s1 ^= s2
@@ -59,52 +64,48 @@ def _next_word(s0, s1, s2, s3):
 
 @_compiled
 def _maximum(q, row, n_actions):
-    """The largest value of a row of the Q-matrix, and how many actions have it."""
-    best = q[row, 0]
-    count = 1
-    for action in range(1, n_actions):
-        value = q[row, action]
-        if value > best:
-            best = value
-            count = 1
-        elif value == best:
-            count += 1
-    return best, count
+    """The largest value of a row of the Q-matrix."""
+    best = q[row]
+    for action in range(_1, n_actions):
+        value = q[row + action]
+        best = value if value > best else best
+    return best
 
 
 @_compiled
-def _choice(q, row, n_actions, best, count, word, threshold, rules):
+def _choice(q, row, n_actions, best, word, threshold, rules):
     """ε-greedy: the action that one random word chooses in a row whose maximum is known."""
-    lower = np.int64(word & np.uint64(0xFFFFFFFF))
-    explores = (word >> np.uint64(32)) < threshold
+    lower = word & _LOW
+    explores = (word >> _32) < threshold
     if explores and rules.explore_all:
-        return (lower * n_actions) >> 32
-    if rules.first_maximum:
-        count = 1
+        return (lower * n_actions) >> _32
+    count = _1
+    if not rules.first_maximum:
+        count = _index(0)
+        for action in range(n_actions):
+            count += _index(q[row + action] == best)
     # The product's upper part draws one of `count` maxima; its lower part is still uniform for the next draw.
     product = lower * count
-    skip = product >> 32
-    greedy = 0
+    skip = product >> _32
+    # Counted without branches, because which action is the best is hard to predict.
+    greedy = seen = _index(0)
     for action in range(n_actions):
-        if q[row, action] == best:
-            if skip == 0:
-                greedy = action
-                break
-            skip -= 1
+        seen += _index(q[row + action] == best)
+        greedy += _index(seen <= skip)
     if not explores:
         return greedy
-    other = ((product & 0xFFFFFFFF) * (n_actions - 1)) >> 32
-    return other if other < greedy else other + 1
+    other = ((product & _LOW) * (n_actions - _1)) >> _32
+    return other + _index(other >= greedy)
 
 
 @_compiled
-def _update(q, row, action, reward, discount, best_next, rules):
-    """Move Q(row, action) towards reward + discount · best_next."""
-    old = q[row, action]
+def _update(q, at, reward, discount, best_next, rules):
+    """Move one value towards reward + discount · best_next."""
+    old = q[at]
     if rules.printed_update:
-        q[row, action] = old + rules.alpha * (reward + discount * (best_next - old))
+        q[at] = old + rules.alpha * (reward + discount * (best_next - old))
     else:
-        q[row, action] = old + rules.alpha * (reward + discount * best_next - old)
+        q[at] = old + rules.alpha * (reward + discount * best_next - old)
 
 
 @_compiled
@@ -139,8 +140,81 @@ def _propagate(q, rows, rewards, executed, terminal, move, length, lengths, n_ac
                 result, discount = _discounted(rewards, first, last, rules.gamma)
                 best_next = 0.0
                 if last < executed or not terminal:
-                    best_next, _ = _maximum(q, rows[last], n_actions)
-                _update(q, rows[first], move + 4 * index, result, discount, best_next, rules)
+                    best_next = _maximum(q, rows[last], n_actions)
+                _update(q, rows[first] + move + _index(4 * index), result, discount, best_next, rules)
+
+
+@_compiled
+def _printed_return(reward, executed, gamma):
+    """The return of a multi-step action by the letter of the paper: one term too many, all with one reward."""
+    result = 0.0
+    for power in range(executed + 1):
+        result += reward * gamma**power
+    return result
+
+
+@_compiled
+def _trial(q, state, start, n_goals, cells, next_of, goal_at, rows_of, threshold, lengths, rules, rows, rewards):
+    """One trial from the start to the final goal or the step cap.
+
+    Returns:
+        Primitive moves made, whether the final goal was reached, and the random generator's state.
+    """
+    n_actions = _index(4 * len(lengths))
+    s0, s1, s2, s3 = state
+    cell = _index(start)
+    reached = 0
+    stage = _index(0)  # where the observations after `reached` goals begin
+    moves = 0
+    row = _index(rows_of[cell]) * n_actions
+    best = _maximum(q, row, n_actions)
+
+    while reached < n_goals and moves < rules.max_steps:
+        word, s0, s1, s2, s3 = _next_word(s0, s1, s2, s3)
+        action = _choice(q, row, n_actions, best, word, threshold, rules)
+        move = action & _3
+        length = lengths[action >> _2] if len(lengths) > 1 else 1
+
+        # Execute the action, move by move: a goal counts wherever it is met.
+        executed = 0
+        result = 0.0
+        discount = 1.0
+        next_row = row
+        while executed < length:
+            cell = _index(next_of[(cell << _2) + move])
+            goal = goal_at[cell]
+            reward = _reward(goal, reached, n_goals, rules)
+            if len(lengths) > 1:
+                rows[executed] = next_row
+                rewards[executed] = reward
+            result += discount * reward
+            discount *= rules.gamma
+            executed += 1
+            met = goal == reached
+            if met:
+                reached += 1
+                stage += _index(cells)
+                if reached == n_goals:
+                    break
+            next_row = _index(rows_of[stage + cell]) * n_actions
+            if moves + executed == rules.max_steps or (met and rules.stop_at_sub_goal):
+                break
+        moves += executed
+        if length > 1 and rules.printed_msa_reward:
+            result = _printed_return(rewards[0], executed, rules.gamma)
+
+        # The last state bootstraps unless it is terminal; the one at the step cap is not.
+        terminal = reached == n_goals
+        best = 0.0 if terminal else _maximum(q, next_row, n_actions)
+        _update(q, row + action, result, discount, best, rules)
+        if length > 1:
+            rows[executed] = next_row
+            _propagate(q, rows, rewards, executed, terminal, move, length, lengths, n_actions, rules)
+        if length > 1 or next_row == row:
+            best = _maximum(q, next_row, n_actions)
+        row = next_row
+
+    return moves, reached == n_goals, (s0, s1, s2, s3)
 
 
 @_compiled
@@ -156,74 +230,31 @@ def learn(next_cell, observation, layout, threshold, lengths, rules, generator, 
             number, and with it the number of actions, is known when the function is compiled.
         rules: see `Rules`.
         generator: (periods, 4) uint64, initial states of the random generator.
-        q: (rows, 4 · (1 + m)) float64, overwritten; holds the last period's Q-matrix at the end. Action a
+        q: (rows, 4 · (1 + m)) float64, contiguous, overwritten; holds the last period's Q-matrix at the end. Action a
             repeats move a % 4 lengths[a // 4] times.
         steps: (periods, trials) int32, written: primitive moves of every trial.
         success: (periods, trials) bool, written: whether the final goal was reached.
     """
-    n_actions = 4 * len(lengths)
     periods, n_goals, cells = observation.shape
+    next_of = np.ascontiguousarray(next_cell.T).ravel()
+    table = q.ravel()
     goal_at = np.full(cells, -1, dtype=np.int32)
-    rows = np.empty(max(lengths) + 1, dtype=np.int32)
+    rows = np.empty(max(lengths) + 1, dtype=np.uint64)
     rewards = np.empty(max(lengths), dtype=np.float64)
 
     for period in range(periods):
-        q[:] = rules.initial_q
-        s0, s1, s2, s3 = generator[period, 0], generator[period, 1], generator[period, 2], generator[period, 3]
+        table[:] = rules.initial_q
+        rows_of = observation[period].ravel()
+        state = (generator[period, 0], generator[period, 1], generator[period, 2], generator[period, 3])
+        start = layout[period, 0]
         for goal in range(n_goals):
             goal_at[layout[period, 1 + goal]] = goal
 
         for trial in range(steps.shape[1]):
-            cell = layout[period, 0]
-            reached = 0
-            moves = 0
-            row = observation[period, 0, cell]
-            best, count = _maximum(q, row, n_actions)
-
-            while reached < n_goals and moves < rules.max_steps:
-                word, s0, s1, s2, s3 = _next_word(s0, s1, s2, s3)
-                action = _choice(q, row, n_actions, best, count, word, threshold[trial], rules)
-                move = action & 3
-                length = lengths[action >> 2] if n_actions > 4 else 1
-
-                # Execute the action, move by move: a goal counts wherever it is met.
-                executed = 0
-                next_row = row
-                while executed < length:
-                    cell = next_cell[move, cell]
-                    goal = goal_at[cell]
-                    rows[executed] = next_row
-                    rewards[executed] = _reward(goal, reached, n_goals, rules)
-                    met = goal == reached
-                    reached += met
-                    executed += 1
-                    if reached == n_goals:
-                        break
-                    next_row = observation[period, reached, cell]
-                    if moves + executed == rules.max_steps or (met and rules.stop_at_sub_goal):
-                        break
-                rows[executed] = next_row
-                moves += executed
-
-                # The last state bootstraps unless it is terminal; the one at the step cap is not.
-                terminal = reached == n_goals
-                result, discount = _discounted(rewards, 0, executed, rules.gamma)
-                if length > 1 and rules.printed_msa_reward:
-                    result = 0.0
-                    for power in range(executed + 1):
-                        result += rewards[0] * rules.gamma**power
-                best = 0.0
-                if not terminal:
-                    best, count = _maximum(q, next_row, n_actions)
-                _update(q, row, action, result, discount, best, rules)
-                if length > 1:
-                    _propagate(q, rows, rewards, executed, terminal, move, length, lengths, n_actions, rules)
-                if length > 1 or next_row == row:
-                    best, count = _maximum(q, next_row, n_actions)
-                row = next_row
-
-            steps[period, trial] = moves
-            success[period, trial] = reached == n_goals
+            steps[period, trial], success[period, trial], state = _trial(
+                table, state, start, n_goals, cells, next_of, goal_at, rows_of, threshold[trial], lengths, rules,
+                rows, rewards,
+            )  # fmt: skip
 
         for goal in range(n_goals):
             goal_at[layout[period, 1 + goal]] = -1
