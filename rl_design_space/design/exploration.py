@@ -53,7 +53,8 @@ class Linear(_Decay):
     k: Annotated[float, Field(ge=0)] = 0.03
 
     def schedule(self, trials: int) -> FloatArray:
-        return np.maximum(self.start - self.k * self._tau(trials), 0.0)
+        with np.errstate(over="ignore"):
+            return np.maximum(self.start - self.k * self._tau(trials), 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -64,6 +65,8 @@ class Exponential(_Decay):
     l: Annotated[float, Field(gt=0)] = 2.0  # noqa: E741 (the paper's name)
 
     def schedule(self, trials: int) -> FloatArray:
+        if self.start == 0.0:
+            return np.zeros(trials)
         with np.errstate(over="ignore", under="ignore"):
             return np.minimum(self.start * self.l ** -self._tau(trials), 1.0)
 
@@ -76,5 +79,6 @@ class Sigmoidal(_Decay):
     q: float = 20.0
 
     def schedule(self, trials: int) -> FloatArray:
-        # tanh is the same curve and cannot overflow.
-        return 0.5 * (1.0 + np.tanh(0.5 * (self.q - self._tau(trials)) / self.p))
+        # tanh is the same curve and saturates where the exponential would overflow.
+        with np.errstate(over="ignore"):
+            return 0.5 * (1.0 + np.tanh(0.5 * (self.q - self._tau(trials)) / self.p))

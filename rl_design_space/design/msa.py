@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, Strict
+from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space.design._fields import STRICT
+
+
+def _in_order(lengths: Any) -> Any:
+    """A list from YAML is as good as a tuple; a set has no order to keep."""
+    return tuple(lengths) if isinstance(lengths, list) else lengths
 
 
 def _distinct(lengths: tuple[int, ...]) -> tuple[int, ...]:
@@ -18,7 +23,8 @@ def _distinct(lengths: tuple[int, ...]) -> tuple[int, ...]:
     return lengths
 
 
-Lengths = Annotated[tuple[Annotated[int, Field(ge=2)], ...], Strict(False), AfterValidator(_distinct)]
+_Length = Annotated[int, Field(ge=2, le=1_000_000)]
+Lengths = Annotated[tuple[_Length, ...], BeforeValidator(_in_order), AfterValidator(_distinct)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -37,7 +43,8 @@ class MultiStepActions:
     `reward`, the return of the MSA:
 
     - `realised`: Σ γ^j r_j over the k rewards received, j = 0 … k - 1;
-    - `printed`: Σ γ^j r over j = 0 … k with the first move's reward throughout, as in the paper's formula.
+    - `printed`: Σ γ^j r over j = 0 … k with the first move's reward throughout, as in the paper's formula. Shorter
+      actions that learn by propagation get the rewards received all the same.
 
     `sub_goal`, a due sub-goal met on the way: `continue` goes on with the MSA (counter and reward change at that
     move), `stop` ends the MSA there.
@@ -48,6 +55,6 @@ class MultiStepActions:
     reward: Literal["realised", "printed"] = "realised"
     sub_goal: Literal["continue", "stop"] = "continue"
 
-    def table(self) -> NDArray[np.int32]:
+    def action_lengths(self) -> NDArray[np.int32]:
         """(1 + m,) int32, moves of every action length; the first is 1, the primitive moves."""
         return np.array((1, *self.lengths), dtype=np.int32)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from rl_design_space.design._fields import STRICT
@@ -21,6 +21,15 @@ from rl_design_space.design.world import Torus, World, cell_count
 _MOST_STATES = 2**31 - 1
 
 
+def _instance(option: Any) -> Any:
+    if isinstance(option, type):
+        raise ValueError(f"should be built: {option.__name__}(…), not the class itself")
+    return option
+
+
+_Built = AfterValidator(_instance)
+
+
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class DesignPoint:
     """One setting of the whole experiment; the defaults are the paper's.
@@ -33,11 +42,11 @@ class DesignPoint:
 
     seed: Annotated[int, Field(ge=0, lt=2**64)] = 0
     task: Task = Task()
-    world: World = Torus()
-    representation: Representation = AdHoc()
-    exploration: Exploration = Constant()
+    world: Annotated[World, _Built] = Torus()
+    representation: Annotated[Representation, _Built] = AdHoc()
+    exploration: Annotated[Exploration, _Built] = Constant()
     msa: MultiStepActions = MultiStepActions()
-    reward: Reward = GoalReward()
+    reward: Annotated[Reward, _Built] = GoalReward()
     learner: QLearning = QLearning()
 
     @model_validator(mode="after")

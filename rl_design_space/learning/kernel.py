@@ -148,8 +148,10 @@ def _propagate(q, rows, rewards, executed, terminal, move, length, lengths, n_ac
 def _printed_return(reward, executed, gamma):
     """The return of a multi-step action by the letter of the paper: one term too many, all with one reward."""
     result = 0.0
-    for power in range(executed + 1):
-        result += reward * gamma**power
+    discount = 1.0
+    for _ in range(executed + 1):
+        result += discount * reward
+        discount *= gamma
     return result
 
 

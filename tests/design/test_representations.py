@@ -1,0 +1,163 @@
+"""What the agent observes, at positions worked out by hand."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from rl_design_space.design import AdHoc, Direct, Direction, Distance, Torus, Walled, cell_count, encode
+
+HERE, RIGHT, LEFT, ABOVE, BELOW = range(5)
+WORLD = Torus(size=10)
+
+
+def cell(x: int, y: int) -> int:
+    return 10 * y + x
+
+
+def code(representation, agent: tuple[int, int], goals: list[tuple[int, int]], counter: int = 0, world=WORLD) -> int:
+    """The observation of an agent and goals at these coordinates of a grid ten cells wide."""
+    codes = representation.observation(world, np.array([cell(*goal) for goal in goals]))
+    return int(codes[counter, cell(*agent)])
+
+
+@pytest.mark.parametrize(
+    ("agent", "goal", "distance"),
+    [
+        ((5, 5), (5, 5), 0),
+        ((5, 5), (7, 7), 4),
+        ((5, 5), (8, 3), 5),
+        # The shorter way leads over the border.
+        ((0, 0), (9, 9), 2),
+        ((0, 0), (5, 5), 10),
+        ((1, 8), (8, 1), 6),
+    ],
+)
+def test_distance_is_manhattan_on_the_torus(agent, goal, distance):
+    assert code(Distance(), agent, [goal]) == distance
+    assert code(Distance(), goal, [agent]) == distance
+
+
+def test_distance_with_walls_does_not_lead_over_the_border():
+    assert code(Distance(), (0, 0), [(9, 9)], world=Walled(size=10)) == 18
+
+
+@pytest.mark.parametrize(("counter", "expected"), [(0, 3 + 3 * 11 + 2 * 121), (2, 3 + 3 * 11 + 2 * 121 + 2 * 1331)])
+def test_distances_to_all_goals_and_the_counter_make_one_code(counter, expected):
+    goals = [(6, 7), (2, 5), (5, 3)]
+    assert code(Distance(), (5, 5), goals, counter) == expected
+
+
+@pytest.mark.parametrize("rule", ["dominant_axis", "horizontal_first"])
+@pytest.mark.parametrize("goal", [(7, 7), (8, 3)])
+def test_both_rules_fit_the_example_of_the_paper(rule, goal):
+    assert code(Direction(rule=rule), (5, 5), [goal]) == RIGHT
+
+
+@pytest.mark.parametrize(
+    ("goal", "dominant", "horizontal_first"),
+    [
+        ((5, 5), HERE, HERE),
+        ((6, 5), RIGHT, RIGHT),
+        ((4, 5), LEFT, LEFT),
+        ((5, 4), ABOVE, ABOVE),
+        ((5, 6), BELOW, BELOW),
+        ((6, 8), BELOW, RIGHT),
+        ((4, 1), ABOVE, LEFT),
+        ((3, 7), LEFT, LEFT),
+        ((6, 4), RIGHT, RIGHT),
+        # Half-way round, both ways are equally long: right and below.
+        ((0, 5), RIGHT, RIGHT),
+        ((5, 0), BELOW, BELOW),
+        # Over the border.
+        ((5, 9), BELOW, BELOW),
+        ((9, 9), RIGHT, RIGHT),
+    ],
+)
+def test_direction(goal, dominant, horizontal_first):
+    assert code(Direction(), (5, 5), [goal]) == dominant
+    assert code(Direction(rule="horizontal_first"), (5, 5), [goal]) == horizontal_first
+
+
+def test_direction_leads_over_the_border_when_that_is_shorter():
+    assert code(Direction(), (0, 0), [(9, 0)]) == LEFT
+    assert code(Direction(), (0, 0), [(0, 9)]) == ABOVE
+    assert code(Direction(), (0, 0), [(9, 0)], world=Walled(size=10)) == RIGHT
+
+
+def test_directions_to_all_goals_and_the_counter_make_one_code():
+    goals = [(8, 5), (5, 8), (2, 5)]
+    assert code(Direction(), (5, 5), goals, counter=1) == RIGHT + 5 * BELOW + 25 * LEFT + 125
+
+
+def test_a_direction_means_the_same_in_a_world_of_another_size():
+    goal = np.array([3])
+    small, large = (Direction().observation(Torus(size=size), goal) for size in (10, 30))
+    assert set(np.unique(small)) == set(np.unique(large))
+    assert small[0, 0] == large[0, 0] == RIGHT
+
+
+@pytest.mark.parametrize(
+    ("counter", "observed"), [(0, (RIGHT, BELOW, LEFT)), (1, (HERE, BELOW, LEFT)), (2, (HERE, HERE, LEFT))]
+)
+def test_goals_already_reached_are_masked_if_wanted(counter, observed):
+    goals = [(8, 5), (5, 8), (2, 5)]
+    expected = 125 * counter + sum(digit * 5**goal for goal, digit in enumerate(observed))
+    assert code(Direction(goals="remaining"), (5, 5), goals, counter) == expected
+
+
+def test_masked_distances_do_not_depend_on_the_goals_reached():
+    masked, every = Distance(goals="remaining"), Distance()
+    near, far = [(6, 5), (2, 2)], [(9, 9), (2, 2)]
+    assert code(masked, (5, 5), near, counter=1) == code(masked, (5, 5), far, counter=1)
+    assert code(every, (5, 5), near, counter=1) != code(every, (5, 5), far, counter=1)
+    assert code(masked, (5, 5), near, counter=0) != code(masked, (5, 5), far, counter=0)
+
+
+def test_ad_hoc_is_the_cell_and_the_counter_whatever_the_goals():
+    assert code(AdHoc(), (3, 3), [(6, 7), (2, 5)]) == 33
+    assert code(AdHoc(), (3, 3), [(1, 1), (9, 9)], counter=1) == 133
+
+
+def test_direct_tells_every_situation_from_every_other():
+    world = Torus(size=(3, 2))
+    layouts = np.array([(first, second) for first, second in product(range(6), repeat=2) if first != second])
+    codes = Direct().observation(world, layouts)
+    assert np.unique(codes).size == codes.size == len(layouts) * 2 * 6
+
+
+@pytest.mark.parametrize("n_goals", [9, 20, 99])
+def test_direct_with_more_situations_than_64_bits_stays_distinct_within_a_layout(n_goals):
+    layouts = np.stack([np.arange(n_goals), np.arange(n_goals)[::-1]]).astype(np.int32)
+    codes = Direct().observation(WORLD, layouts)
+    assert Direct().spanned_size(WORLD, n_goals) > 2**63
+    assert codes.dtype == np.int64
+    assert codes.min() >= 0
+    assert np.unique(codes).size == 2 * n_goals * cell_count(WORLD)
+
+
+def test_direct_names_a_long_layout_the_same_at_any_place_and_in_any_integer_type():
+    layout = np.arange(20)
+    many = Direct().observation(WORLD, np.stack([layout[::-1], layout, layout + 1]))
+    np.testing.assert_array_equal(Direct().observation(WORLD, layout.astype(np.int32)), many[1])
+
+
+@pytest.mark.parametrize(("representation", "most"), [(Direction(), 25), (Distance(), 17)], ids=str)
+def test_more_goals_than_64_bits_can_tell_apart_are_an_error_that_says_so(representation, most):
+    assert representation.observation(WORLD, np.arange(most)).min() >= 0
+    with pytest.raises(ValueError, match=f"task.goals={most + 1}: .* use fewer goals"):
+        representation.observation(WORLD, np.arange(most + 1))
+
+
+def test_the_largest_code_that_fits_is_exact():
+    # 5^25 · 25 < 2^63: a detour through floating point would lose the last digits.
+    digits = np.full((25, 1), 4)
+    assert encode(digits, 5)[-1, 0] == 5**25 * 25 - 1
+
+
+def test_encode_writes_one_digit_a_goal():
+    digits = np.array([[1, 2], [3, 0]])
+    assert encode(digits, 4).tolist() == [[1 + 12, 2], [16 + 1 + 12, 16 + 2]]
+    assert encode(digits, 4, "remaining").tolist() == [[1 + 12, 2], [16 + 12, 16]]

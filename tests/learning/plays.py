@@ -1,0 +1,88 @@
+"""Single periods of the compiled learner, of a design point or on tables made by hand."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.learning.kernel import COIN_SIDES, Rules, learn
+from rl_design_space.learning.streams import behaviour_states, layouts
+from rl_design_space.learning.tables import learning_tables, q_rows
+
+#: The learner of a test that says nothing else of it: a Q-value becomes its undiscounted target.
+PLAIN = Rules(
+    alpha=1.0,
+    gamma=1.0,
+    initial_q=0.0,
+    step_reward=-1.0,
+    sub_goal_reward=4.0,
+    final_goal_reward=8.0,
+    out_of_order_reward=-1.0,
+    explore_all=True,
+    first_maximum=True,
+    printed_update=False,
+    printed_msa_reward=False,
+    stop_at_sub_goal=False,
+    propagated_lengths=0,
+    max_steps=1000,
+)
+
+
+class Play(NamedTuple):
+    steps: list[int]
+    success: list[bool]
+    q: np.ndarray
+
+
+def corridor(cells: int) -> np.ndarray:
+    """Transition table of cells in a line; moves up and down, and against the ends, stay."""
+    cell = np.arange(cells, dtype=np.int32)
+    return np.array([np.minimum(cell + 1, cells - 1), np.maximum(cell - 1, 0), cell, cell], dtype=np.int32)
+
+
+def word_for(action: int, n_actions: int) -> int:
+    """A random word whose lower half draws this action from all of them."""
+    return -(-action * COIN_SIDES // n_actions)
+
+
+def state_yielding(word: int) -> list[int]:
+    """State of a generator whose first word is this one: rotl(s0 + s3, 23) + s0 with s3 = -s0."""
+    return [word, 1, 2, -word % 2**64]
+
+
+def play(
+    next_cell, layout, *, observation=None, lengths=(1,), epsilon=0.0, trials=1, state=(1, 2, 3, 4), **rules
+) -> Play:
+    """Learn one period on these tables; every (counter, cell) has its own row of the Q-matrix if not told."""
+    n_goals, cells = len(layout) - 1, next_cell.shape[1]
+    if observation is None:
+        observation = np.arange(n_goals * cells).reshape(n_goals, cells)
+    rows = np.asarray(observation, dtype=np.int32)[np.newaxis]
+    threshold = np.full(trials, round(epsilon * COIN_SIDES), dtype=np.uint64)
+    return _learn(next_cell, rows, layout, threshold, lengths, PLAIN._replace(**rules), state)
+
+
+def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
+    """Learn one period of a point; with the result come the observation codes of its Q-matrix, row by row."""
+    cells, n_goals = cell_count(point.world), point.task.goals
+    layout = layouts(point.seed, cells, n_goals, point.task.periods)[period]
+    codes = point.representation.observation(point.world, layout[np.newaxis, 1:])
+    rows, _ = q_rows(codes)
+    tables = learning_tables(point)
+    state = behaviour_states(point.seed, point.task.periods)[period]
+    played = _learn(tables.next_cell, rows, layout, tables.threshold, tables.lengths, tables.rules, state)
+    return played, np.unique(codes)
+
+
+def _learn(next_cell, rows, layout, threshold, lengths, rules, state) -> Play:
+    # Read-only as in a simulation: the learner is compiled anew for other types.
+    generator, layout = np.array([state], dtype=np.uint64), np.array([layout], dtype=np.int32)
+    generator.setflags(write=False)
+    layout.setflags(write=False)
+    q = np.empty((rows.max() + 1, 4 * len(lengths)))
+    steps = np.empty((1, len(threshold)), dtype=np.int32)
+    success = np.empty((1, len(threshold)), dtype=np.bool_)
+    learn(next_cell, rows, layout, threshold, lengths, rules, generator, q, steps, success)
+    return Play(steps[0].tolist(), success[0].tolist(), q)

@@ -1,0 +1,92 @@
+"""Random design points, small enough that a slow learner keeps up."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+from rl_design_space.design import (
+    AdHoc,
+    Constant,
+    DesignPoint,
+    Direct,
+    Direction,
+    Distance,
+    Exponential,
+    GoalReward,
+    Linear,
+    MultiStepActions,
+    QLearning,
+    Sigmoidal,
+    Task,
+    Torus,
+    Walled,
+)
+
+probabilities = st.floats(0, 1)
+observed_goals = st.sampled_from(["all", "remaining"])
+sides = st.integers(2, 5)
+worlds = st.builds(lambda world, dx, dy: world(size=(dx, dy)), st.sampled_from([Torus, Walled]), sides, sides)
+
+representations = st.one_of(
+    st.just(AdHoc()),
+    st.just(Direct()),
+    st.builds(Distance, goals=observed_goals),
+    st.builds(Direction, rule=st.sampled_from(["dominant_axis", "horizontal_first"]), goals=observed_goals),
+)
+
+first_trials = st.integers(0, 3)
+explorations = st.one_of(
+    st.builds(Constant, epsilon=st.sampled_from([0.0, 0.1, 1.0]) | probabilities),
+    st.builds(Linear, start=probabilities, k=st.floats(0, 0.5), first_trial=first_trials),
+    st.builds(Exponential, start=probabilities, l=st.floats(0.5, 10), first_trial=first_trials),
+    st.builds(Sigmoidal, p=st.floats(0.1, 10), q=st.floats(-5, 10), first_trial=first_trials),
+)
+
+#: No more than two sets: the learner is compiled anew for every number of them.
+multi_step_actions = st.builds(
+    MultiStepActions,
+    lengths=st.lists(st.integers(2, 6), max_size=2, unique=True).map(tuple),
+    propagation=st.sampled_from(["primitives", "all_shorter", "none"]),
+    reward=st.sampled_from(["realised", "printed"]),
+    sub_goal=st.sampled_from(["continue", "stop"]),
+)
+
+amounts = st.floats(-10, 10)
+many_rewards, each_success, end_reward = GoalReward(), GoalReward(step=0.0), GoalReward(step=0.0, sub_goal=0.0)
+rewards = st.sampled_from([many_rewards, each_success, end_reward]) | st.builds(
+    GoalReward, step=amounts, sub_goal=amounts, final_goal=amounts
+)
+
+learners = st.builds(
+    QLearning,
+    alpha=st.sampled_from([0.1, 1.0]) | st.floats(0.01, 1),
+    gamma=st.sampled_from([0.0, 0.9, 1.0]) | probabilities,
+    initial_q=st.sampled_from([0.0, -2.0, 5.0]) | amounts,
+    explore=st.sampled_from(["non_greedy", "all"]),
+    ties=st.sampled_from(["random", "first"]),
+    out_of_order=st.sampled_from(["step_reward", "zero"]),
+    update=st.sampled_from(["standard", "printed"]),
+)
+
+
+@st.composite
+def points(draw: st.DrawFn) -> DesignPoint:
+    """Any combination of options and readings; the step cap is often met, also inside a multi-step action."""
+    world = draw(worlds)
+    width, height = world.shape
+    task = Task(
+        goals=draw(st.integers(1, min(4, width * height - 1))),
+        trials=draw(st.integers(1, 6)),
+        periods=draw(st.integers(1, 3)),
+        max_steps=draw(st.integers(1, 60)),
+    )
+    return DesignPoint(
+        seed=draw(st.integers(0, 2**64 - 1)),
+        task=task,
+        world=world,
+        representation=draw(representations),
+        exploration=draw(explorations),
+        msa=draw(multi_step_actions),
+        reward=draw(rewards),
+        learner=draw(learners),
+    )

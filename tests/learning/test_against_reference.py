@@ -1,0 +1,87 @@
+"""The compiled learner and the plain one agree in every bit, on any design point."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from rl_design_space.design import (
+    DesignPoint,
+    Direction,
+    Distance,
+    GoalReward,
+    Linear,
+    MultiStepActions,
+    QLearning,
+    Task,
+    Torus,
+    Walled,
+)
+from rl_design_space.learning import simulate
+from tests import reference
+from tests.learning import strategies
+from tests.learning.plays import play_period
+
+
+def assert_same_curves(point: DesignPoint) -> None:
+    curves = simulate(point, threads=1)
+    periods = reference.learn(point)
+    np.testing.assert_array_equal(curves.steps, [period.steps for period in periods])
+    np.testing.assert_array_equal(curves.success, [period.success for period in periods])
+
+
+def assert_same_q_matrix(point: DesignPoint) -> None:
+    last = point.task.periods - 1
+    played, codes = play_period(point, last)
+    expected = reference.learn_period(point, reference.layout_of(point, last), reference.generator_of(point, last))
+    assert (played.steps, played.success) == (expected.steps, expected.success)
+    assert codes.tolist() == sorted(expected.q)
+    values = np.array([expected.q[code] for code in codes.tolist()])
+    assert played.q.tobytes() == values.tobytes(), f"largest difference {np.abs(played.q - values).max()}"
+
+
+def test_the_reference_draws_the_published_words_of_xoshiro256pp():
+    generator = reference.Xoshiro([1, 2, 3, 4])
+    words = [generator.next_word() for _ in range(5)]
+    assert words == [41943041, 58720359, 3588806011781223, 3591011842654386, 9228616714210784205]
+
+
+@settings(deadline=None, max_examples=800)
+@given(point=strategies.points())
+def test_steps_and_success_of_all_periods_agree(point: DesignPoint):
+    assert_same_curves(point)
+
+
+@settings(deadline=None, max_examples=800)
+@given(point=strategies.points())
+def test_the_q_matrix_agrees_bit_for_bit(point: DesignPoint):
+    assert_same_q_matrix(point)
+
+
+DEFAULT = DesignPoint(task=Task(periods=3))
+EXAMPLES = {
+    "default": DEFAULT,
+    "direction": replace(DEFAULT, representation=Direction(), exploration=Linear(k=0.02)),
+    "distance_remaining": replace(DEFAULT, representation=Distance(goals="remaining")),
+    "msa_3": replace(DEFAULT, msa=MultiStepActions(lengths=(3,))),
+    "msa_2_5_all_shorter": replace(DEFAULT, msa=MultiStepActions(lengths=(2, 5), propagation="all_shorter")),
+    "msa_long_first": replace(DEFAULT, msa=MultiStepActions(lengths=(5, 2), propagation="all_shorter")),
+    "msa_printed_stop": replace(DEFAULT, msa=MultiStepActions(lengths=(6,), reward="printed", sub_goal="stop")),
+    "paper_to_the_letter": replace(
+        DEFAULT,
+        task=Task(periods=2, max_steps=500),
+        reward=GoalReward(step=0.0, sub_goal=0.0),
+        learner=QLearning(explore="all", ties="first", out_of_order="zero", update="printed"),
+    ),
+    "walled_rectangle": replace(DEFAULT, world=Walled(size=(7, 3)), seed=2**64 - 1),
+    "capped": replace(DEFAULT, task=Task(periods=3, goals=2, max_steps=17), world=Torus(size=(6, 9))),
+}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_pinned_points_agree(name: str):
+    assert_same_curves(EXAMPLES[name])
+    assert_same_q_matrix(EXAMPLES[name])

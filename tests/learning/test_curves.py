@@ -1,0 +1,109 @@
+"""What is read off the steps of a point, worked out by hand for two periods of three trials."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rl_design_space.learning import LearningCurves
+
+CAP = 100
+
+
+def curves_of(steps: list[list[int]], optimum: list[int], seconds: float = 0.5) -> LearningCurves:
+    """Curves of these steps; a trial at the cap has failed."""
+    table = np.array(steps, dtype=np.int32)
+    return LearningCurves(
+        steps=table,
+        success=table < CAP,
+        optimum=np.array(optimum, dtype=np.int32),
+        epsilon=np.linspace(0.9, 0.1, table.shape[1]),
+        seconds=seconds,
+    )
+
+
+TWO_PERIODS = curves_of([[40, 20, 10], [CAP, 20, 5]], optimum=[10, 5])
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("total_steps", (70 + 125) / 2),
+        # Two values a and b have the standard error |a - b| / 2.
+        ("total_steps_sem", 27.5),
+        ("total_steps_scaled", 97.5 * 10 / 20),
+        ("failed_trials", 1 / 6),
+        ("failed_periods", 1 / 2),
+        # The last ten trials are all three of them: (4 + 2 + 1) / 3 and (20 + 4 + 1) / 3.
+        ("final_steps_over_optimum", (7 / 3 + 25 / 3) / 2),
+        ("env_steps_per_second", 195 / 0.5),
+    ],
+)
+def test_scalars(name: str, expected: float):
+    value = TWO_PERIODS.scalars((20, 20))[name]
+    assert value == pytest.approx(expected)
+    assert type(value) is float
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("steps/mean", [70, 20, 7.5]),
+        ("steps/median", [70, 20, 7.5]),
+        ("steps/q10", [46, 20, 5.5]),
+        ("steps/q90", [94, 20, 9.5]),
+        ("steps/over_optimum", [12, 3, 1]),
+        ("success_rate", [0.5, 1, 1]),
+        ("epsilon", [0.9, 0.5, 0.1]),
+    ],
+)
+def test_curves(name: str, expected: list[float]):
+    np.testing.assert_allclose(TWO_PERIODS.curves()[name], expected)
+
+
+def test_there_are_no_other_names():
+    assert set(TWO_PERIODS.curves()) == {
+        "steps/mean",
+        "steps/median",
+        "steps/q10",
+        "steps/q90",
+        "steps/over_optimum",
+        "success_rate",
+        "epsilon",
+    }
+    assert len(TWO_PERIODS.scalars((20, 20))) == 7
+
+
+def test_failed_trials_count_at_the_cap():
+    assert TWO_PERIODS.total_steps.tolist() == [70, CAP + 25]
+
+
+def test_one_period_has_no_standard_error():
+    scalars = curves_of([[40, 20, 10]], optimum=[10]).scalars((10, 10))
+    assert "total_steps_sem" not in scalars
+    assert scalars["total_steps"] == 70
+
+
+def test_a_rectangle_has_no_scaled_steps():
+    assert "total_steps_scaled" not in TWO_PERIODS.scalars((20, 10))
+
+
+@pytest.mark.parametrize(("side", "expected"), [(10, 97.5), (20, 48.75), (30, 32.5)])
+def test_table_4_is_divided_by_a_tenth_of_the_side(side: int, expected: float):
+    assert TWO_PERIODS.scalars((side, side))["total_steps_scaled"] == pytest.approx(expected)
+
+
+def test_the_final_policy_is_that_of_the_last_ten_trials():
+    slow_then_optimal = curves_of([[90] * 5 + [4] * 10], optimum=[4])
+    assert slow_then_optimal.scalars((10, 10))["final_steps_over_optimum"] == 1
+
+
+def test_sums_of_long_periods_do_not_overflow():
+    steps = np.full((2, 1000), 2**31 - 1, dtype=np.int32)
+    curves = LearningCurves(steps, steps > 0, np.ones(2, dtype=np.int32), np.zeros(1000), 1.0)
+    assert curves.total_steps.tolist() == [1000 * (2.0**31 - 1)] * 2
+
+
+def test_a_summary_is_readable():
+    summary = "LearningCurves(2 periods × 3 trials, 97.5 steps a period, 16.67% of trials failed)"
+    assert repr(TWO_PERIODS) == summary
