@@ -17,8 +17,8 @@ from rl_design_space.design.reward import GoalReward, Reward
 from rl_design_space.design.task import Task
 from rl_design_space.design.world import Torus, World, cell_count
 
-#: Q-matrix rows are numbered by int32.
-_MOST_STATES = 2**31 - 1
+#: Places in a Q-matrix are numbered by uint32.
+_MOST_VALUES = 2**32 - 1
 
 
 def _instance(option: Any) -> Any:
@@ -57,10 +57,11 @@ class DesignPoint:
                 f"task.goals={self.task.goals}: start and goals lie on different cells, "
                 f"so a world of {cells} cells has room for at most {cells - 1} goals"
             )
-        if self.task.goals * cells > _MOST_STATES:
+        values = self.task.goals * cells * 4 * (1 + len(self.msa.lengths))
+        if values > _MOST_VALUES:
             raise ValueError(
-                f"task.goals={self.task.goals}: with {cells} cells that makes {self.task.goals * cells} states "
-                f"a period; at most {_MOST_STATES} can be learned"
+                f"task.goals={self.task.goals}: with {cells} cells and these actions a period may need a Q-matrix of "
+                f"{values} values; at most {_MOST_VALUES} can be learned"
             )
         return self
 

@@ -20,7 +20,8 @@ _compiled = njit(nogil=True, cache=True, error_model="numpy")
 # Indices are unsigned, so that no index has to be tested for being negative, and a row of the Q-matrix goes by
 # the place of its first value: both shorten the way from one observation to the next.
 _index = np.uint64
-_1, _2, _3, _32, _LOW = _index(1), _index(2), _index(3), _index(32), _index(0xFFFFFFFF)
+_1, _2, _3, _4, _32 = _index(1), _index(2), _index(3), _index(4), _index(32)
+_LOW = _index(0xFFFFFFFF)
 
 
 class Rules(NamedTuple):
@@ -64,11 +65,10 @@ def _next_word(s0, s1, s2, s3):
 
 @_compiled
 def _maximum(q, row, n_actions):
-    """The largest value of a row of the Q-matrix."""
-    best = q[row]
-    for action in range(_1, n_actions):
-        value = q[row + action]
-        best = value if value > best else best
+    """The largest value of a row of the Q-matrix, as a tree of comparisons: they are what a decision waits for."""
+    best = max(max(q[row], q[row + _1]), max(q[row + _2], q[row + _3]))
+    for at in range(row + _4, row + n_actions, _4):
+        best = max(best, max(max(q[at], q[at + _1]), max(q[at + _2], q[at + _3])))
     return best
 
 
@@ -156,7 +156,18 @@ def _printed_return(reward, executed, gamma):
 
 
 @_compiled
-def _trial(q, state, start, n_goals, cells, next_of, goal_at, rows_of, threshold, lengths, rules, rows, rewards):
+def _rows_after(rows_of, next_of, n_actions, rows_after):
+    """Where each move leads while the success counter stays, so that no decision waits for the cell first."""
+    cells = len(next_of) // 4
+    for stage in range(0, len(rows_of), cells):
+        for entry in range(4 * cells):
+            rows_after[4 * stage + entry] = rows_of[stage + next_of[entry]] * n_actions
+
+
+@_compiled
+def _trial(
+    q, state, start, n_goals, cells, next_of, goal_at, rows_of, rows_after, threshold, lengths, rules, rows, rewards
+):
     """One trial from the start to the final goal or the step cap.
 
     Returns:
@@ -183,11 +194,13 @@ def _trial(q, state, start, n_goals, cells, next_of, goal_at, rows_of, threshold
         discount = 1.0
         next_row = row
         while executed < length:
+            if len(lengths) > 1:
+                rows[executed] = next_row
+            next_row = _index(rows_after[((stage + cell) << _2) + move])
             cell = _index(next_of[(cell << _2) + move])
             goal = goal_at[cell]
             reward = _reward(goal, reached, n_goals, rules)
             if len(lengths) > 1:
-                rows[executed] = next_row
                 rewards[executed] = reward
             result += discount * reward
             discount *= rules.gamma
@@ -198,7 +211,7 @@ def _trial(q, state, start, n_goals, cells, next_of, goal_at, rows_of, threshold
                 stage += _index(cells)
                 if reached == n_goals:
                     break
-            next_row = _index(rows_of[stage + cell]) * n_actions
+                next_row = _index(rows_of[stage + cell]) * n_actions
             if moves + executed == rules.max_steps or (met and rules.stop_at_sub_goal):
                 break
         moves += executed
@@ -212,8 +225,8 @@ def _trial(q, state, start, n_goals, cells, next_of, goal_at, rows_of, threshold
         if length > 1:
             rows[executed] = next_row
             _propagate(q, rows, rewards, executed, terminal, move, length, lengths, n_actions, rules)
-        if length > 1 or next_row == row:
-            best = _maximum(q, next_row, n_actions)
+        # Read again, because the updates may have changed this very row.
+        best = _maximum(q, next_row, n_actions)
         row = next_row
 
     return moves, reached == n_goals, (s0, s1, s2, s3)
@@ -241,6 +254,7 @@ def learn(next_cell, observation, layout, threshold, lengths, rules, generator, 
     next_of = np.ascontiguousarray(next_cell.T).ravel()
     table = q.ravel()
     goal_at = np.full(cells, -1, dtype=np.int32)
+    rows_after = np.empty(4 * n_goals * cells, dtype=np.uint32)
     rows = np.empty(max(lengths) + 1, dtype=np.uint64)
     rewards = np.empty(max(lengths), dtype=np.float64)
 
@@ -248,14 +262,15 @@ def learn(next_cell, observation, layout, threshold, lengths, rules, generator, 
         table[:] = rules.initial_q
         rows_of = observation[period].ravel()
         state = (generator[period, 0], generator[period, 1], generator[period, 2], generator[period, 3])
+        _rows_after(rows_of, next_of, 4 * len(lengths), rows_after)
         start = layout[period, 0]
         for goal in range(n_goals):
             goal_at[layout[period, 1 + goal]] = goal
 
         for trial in range(steps.shape[1]):
             steps[period, trial], success[period, trial], state = _trial(
-                table, state, start, n_goals, cells, next_of, goal_at, rows_of, threshold[trial], lengths, rules,
-                rows, rewards,
+                table, state, start, n_goals, cells, next_of, goal_at, rows_of, rows_after, threshold[trial],
+                lengths, rules, rows, rewards,
             )  # fmt: skip
 
         for goal in range(n_goals):

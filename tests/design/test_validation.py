@@ -117,7 +117,7 @@ def test_an_option_is_a_frozen_value(option: type):
     [
         ({"task": Task(goals=4), "world": Torus(size=2)}, "room for at most 3 goals"),
         ({"task": Task(goals=100)}, "room for at most 99 goals"),
-        ({"task": Task(goals=3), "world": Walled(size=40_000)}, "4800000000 states"),
+        ({"task": Task(goals=3), "world": Walled(size=40_000)}, "19200000000 values"),
     ],
 )
 def test_goals_that_do_not_fit_the_world_are_refused(values: dict[str, object], message: str):
