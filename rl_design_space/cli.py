@@ -10,21 +10,27 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig
 
 from rl_design_space._paths import CONF
-from rl_design_space.errors import shown_as_messages
+from rl_design_space.errors import ConfigError, shown_as_messages
 
 #: Overrides of a study's points. They are meant for what the study's blocks choose, not for the defaults that
 #: Hydra composes first, so they are kept from Hydra: `study=table4 exploration.k=0.05`.
 _for_points: list[str] = []
+_MULTIRUN = {"-m", "--multirun"}
+#: Jobs that Hydra has started. It takes a sweep that matches nothing for a success.
+_jobs = 0
 
 
 def main() -> None:
     """Run the application; errors that a user can mend are one message and exit status 2."""
-    from rl_design_space.sweep.study import split_arguments
+    from rl_design_space.sweep.study import check_arguments, split_arguments
 
-    sys.argv[1:], _for_points[:] = split_arguments(sys.argv[1:])
     try:
         with shown_as_messages():
+            check_arguments(sys.argv[1:])
+            sys.argv[1:], _for_points[:] = split_arguments(sys.argv[1:])
             application()
+            if not _jobs and _MULTIRUN & set(sys.argv):
+                raise ConfigError("no design point in this sweep: one of its overrides matches nothing")
     except KeyboardInterrupt:
         print("interrupted; the same command goes on where this one stopped", file=sys.stderr)
         sys.exit(130)
@@ -33,6 +39,8 @@ def main() -> None:
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
 def application(config: DictConfig) -> float | None:
     """Run one design point, or the points of a study."""
+    global _jobs
+    _jobs += 1
     run = HydraConfig.get()
     overrides = [*run.overrides.task, *_for_points]
     study = run.runtime.choices.get("study")

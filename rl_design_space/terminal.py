@@ -79,7 +79,9 @@ class SweepDisplay:
 
 def failure_table(plan: Sequence[PlannedPoint], failed: dict[str, Exception]) -> Table:
     """Every point that failed, why, and the command that runs it again."""
-    table = Table("failed point", "error", "run it again", box=SIMPLE_HEAD, title="Failures")
+    table = Table(box=SIMPLE_HEAD, title="Failures")
+    for heading in ("failed point", "error", "run it again"):
+        table.add_column(heading, overflow="fold")
     for planned in plan:
         if error := failed.get(planned.fingerprint):
             table.add_row(planned.name, escape(f"{type(error).__name__}: {error}"), escape(planned.command))

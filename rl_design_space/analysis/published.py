@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from rl_design_space.analysis.statistics import mean_estimate, top_percent_share
+from rl_design_space.analysis.statistics import mean_estimate, top_percent_weight
 
 
 def compare_with_published(periods: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
@@ -18,7 +18,7 @@ def compare_with_published(periods: pd.DataFrame, published: pd.DataFrame) -> pd
 
     Returns:
         The keys, `paper`, `measured` (mean over periods), `ci_low`, `ci_high` (95 %), `ratio` (measured / paper),
-        `failed_periods` (share) and `top_percent` (see `statistics.top_percent_share`). A cell that was not
+        `failed_periods` (share) and `top_percent` (see `statistics.top_percent_weight`). A cell that was not
         measured holds NaN.
     """
     keys = [column for column in published.columns if column != "paper"]
@@ -41,5 +41,5 @@ def _measure(cell: Sequence[object], keys: Sequence[str], group: pd.DataFrame) -
         "ci_low": estimate.low,
         "ci_high": estimate.high,
         "failed_periods": group["failed"].mean(),
-        "top_percent": top_percent_share(values),
+        "top_percent": top_percent_weight(values),
     }

@@ -40,11 +40,11 @@ def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
     return Estimate(mean, float(interval.low), float(interval.high))
 
 
-def top_percent_share(values: FloatArray) -> float:
-    """Share of the sum that the largest 1 % of the values make: 0.01 if all are equal, up to 1 in a heavy tail.
+def top_percent_weight(values: FloatArray) -> float:
+    """Mean of the largest 1 % of the values over the mean of all: 1 if all are equal, large in a heavy tail.
 
     Args:
         values: (periods,) not negative; the 1 % is rounded up to whole periods.
     """
     largest = np.sort(values)[-math.ceil(len(values) / 100) :]
-    return float(largest.sum() / values.sum())
+    return float(largest.mean() / values.mean())

@@ -17,6 +17,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator
 
+from rl_design_space.report.markdown import interval_text
 from rl_design_space.report.published_table import HEAVY_TAIL
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ _SETTINGS: dict[Any, Any] = {"svg.hashsalt": "rl-design-space", "svg.fonttype": 
 
 _LEGEND = (
     "Large: mean over periods, with its 95 % interval. Failures: share of periods in which a trial missed the goal.\n"
-    f"† heavy tail: the 1 % of periods with most steps make {HEAVY_TAIL:.0%} or more of all steps."
+    f"† heavy tail: the 1 % of periods with most steps need {HEAVY_TAIL} times the mean or more."
 )
 
 #: Height within the cell, text, and how it looks.
@@ -103,7 +104,7 @@ def _annotate(axis: Axes, cells: pd.DataFrame, values: pd.DataFrame, row: str, c
         lightness = colours[y * len(columns) + x][:3] @ (0.299, 0.587, 0.114)
         lines: list[_Line] = [
             (0.24, f"{cell['measured']:,.0f}", {"fontsize": 13, "fontweight": "bold"}),
-            (0.44, f"{cell['ci_low']:,.0f} – {cell['ci_high']:,.0f}", {"fontsize": 8}),
+            (0.44, interval_text(cell), {"fontsize": 8}),
             (0.62, f"paper {cell['paper']:,.0f}", {}),
             (0.77, f"ratio {cell['ratio']:.2f}", {}),
         ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,15 +32,18 @@ def published_table_text(study: Study, cells: pd.DataFrame, table: PublishedTabl
     ]
     if len(measured):
         lines += [_fit(measured, table), ""]
-    missing = len(cells) - len(measured)
+    missing = int((cells["planned"] & cells["measured"].isna()).sum())
     if missing:
-        lines += [f"**{missing} of {len(cells)} cells are missing**; `{study.command}` makes them.", ""]
+        lines += [f"**Missing: {missing} of {len(cells)} cells**; `{study.command}` makes them.", ""]
+    outside = int((~cells["planned"]).sum())
+    if outside:
+        lines += [f"Not asked for: {outside} of {len(cells)} cells.", ""]
     lines += [
         "Measured is the mean over periods of the primitive moves of all trials, failed trials included with the "
         "moves until the step cap; in brackets the 95 % BCa bootstrap interval over periods. The paper gives one "
         "number a cell and no spread.",
         "",
-        f"Heavy tail (†): the 1 % of periods with most steps make {HEAVY_TAIL:.0%} or more of all steps. Such a mean "
+        f"Heavy tail (†): the 1 % of periods with most steps need {HEAVY_TAIL} times the mean or more. Such a mean "
         "hangs on few periods, the paper's as much as ours, so its ratio says little.",
         "",
     ]
@@ -53,18 +56,23 @@ def _rows(cells: pd.DataFrame, table: PublishedTable) -> list[str]:
     for cell in cells.to_dict("records"):
         keys = [str(cell[axis]) for axis in table.axes]
         if np.isnan(cell["measured"]):
-            values = [f"{cell['paper']:,.0f}", "missing", "", "", ""]
+            values = [f"{cell['paper']:,.0f}", "missing" if cell["planned"] else "not asked for", "", "", ""]
         else:
             tail = " †" if cell["top_percent"] >= HEAVY_TAIL else ""
             values = [
                 f"{cell['paper']:,.0f}",
                 f"{cell['measured']:,.0f}",
-                f"{cell['ci_low']:,.0f} – {cell['ci_high']:,.0f}",
+                interval_text(cell),
                 f"{cell['ratio']:.3f}",
                 f"{cell['failed_periods']:.1%}{tail}",
             ]
         rows.append(f"| {' | '.join([*keys, *values])} |")
     return rows
+
+
+def interval_text(cell: dict[Any, Any]) -> str:
+    """The interval of a cell; empty if there is none, with a single period."""
+    return "" if np.isnan(cell["ci_low"]) else f"{cell['ci_low']:,.0f} – {cell['ci_high']:,.0f}"
 
 
 def _fit(measured: pd.DataFrame, table: PublishedTable) -> str:

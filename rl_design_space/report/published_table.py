@@ -10,6 +10,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space.design._fields import STRICT
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.curves import scaled_to_equal_steps
 
 if TYPE_CHECKING:
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     from rl_design_space.tracking.read import RunReader
 
 Axis = Annotated[dict[str, str], Field(min_length=1, max_length=1)]
-#: A mean is called heavy-tailed where the 1 % of periods with most steps make this share of all steps.
-HEAVY_TAIL = 0.03
+#: A mean is called heavy-tailed where the 1 % of periods with most steps need this many times the mean.
+HEAVY_TAIL = 3
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -50,11 +51,16 @@ class PublishedTable:
         return {**self.panel, **self.row, **self.column}
 
     def frame(self, plan: Sequence[PlannedPoint], reader: RunReader) -> pd.DataFrame:
-        """The cells, published and measured; see `analysis.published`."""
+        """The cells, published and measured, see `analysis.published`; `planned` tells those that the plan makes.
+
+        Raises:
+            ConfigError: several points of the plan are one cell, or a point has no such parameter.
+        """
         import pandas as pd
 
         from rl_design_space.analysis.published import compare_with_published
 
+        self._check_cells(plan)
         runs = reader.finished([planned.fingerprint for planned in plan])
         frames = [
             self._periods(planned, reader.periods(runs[planned.fingerprint]))
@@ -62,7 +68,11 @@ class PublishedTable:
             if planned.fingerprint in runs
         ]
         empty = pd.DataFrame(columns=[*self.axes, "value", "failed"])
-        return compare_with_published(pd.concat(frames) if frames else empty, self._published_cells())
+        cells = compare_with_published(pd.concat(frames) if frames else empty, self._published_cells())
+        asked_for = {self._cell(planned) for planned in plan}
+        return cells.assign(
+            planned=[key in asked_for for key in cells[[*self.axes]].itertuples(index=False, name=None)]
+        )
 
     def write(self, study: Study, reader: RunReader, folder: Path) -> list[Path]:
         """Write NAME.png, .svg, .csv and .md into a folder; the paths written."""
@@ -73,7 +83,7 @@ class PublishedTable:
         folder.mkdir(parents=True, exist_ok=True)
         pictures = save(draw(cells, self), folder / name)
         table, text = folder / f"{name}.csv", folder / f"{name}.md"
-        cells.drop(columns="top_percent").to_csv(table, index=False)
+        cells.drop(columns=["top_percent", "planned"]).to_csv(table, index=False)
         text.write_text(published_table_text(study, cells, self), encoding="utf-8")
         return [*pictures, table, text]
 
@@ -87,8 +97,26 @@ class PublishedTable:
         value = arrays["steps"].sum(axis=1, dtype=float)
         if self.value == "total_steps_scaled":
             value = scaled_to_equal_steps(value, planned.point.world.shape[0])
-        keys = {name: planned.parameters[parameter] for name, parameter in self.axes.items()}
+        keys = dict(zip(self.axes, self._cell(planned), strict=True))
         return pd.DataFrame({**keys, "value": value, "failed": ~arrays["success"].all(axis=1)})
+
+    def _cell(self, planned: PlannedPoint) -> tuple[Any, ...]:
+        """The cell that a point is: panel, row and column."""
+        parameters = planned.parameters
+        for parameter in self.axes.values():
+            if parameter not in parameters:
+                raise ConfigError.unknown("parameter of its points", parameter, parameters)
+        values = (parameters[parameter] for parameter in self.axes.values())
+        return tuple(str(value) if isinstance(value, list) else value for value in values)
+
+    def _check_cells(self, plan: Sequence[PlannedPoint]) -> None:
+        """Periods of different points must not be averaged into one cell."""
+        seen: dict[tuple[Any, ...], PlannedPoint] = {}
+        for planned in plan:
+            first = seen.setdefault(self._cell(planned), planned)
+            differ = [name for name, value in planned.parameters.items() if first.parameters.get(name) != value]
+            if first is not planned:
+                raise ConfigError(f"{', '.join(differ)}: several values for one cell of the table; choose one of them")
 
     def _published_cells(self) -> pd.DataFrame:
         import pandas as pd

@@ -78,7 +78,7 @@ def build(key: str, node: Any) -> Any:
         raise ConfigError.at(f"{key}._target_", "???", "should name the class of this option")
     try:
         kind = resolve_name(node["_target_"])
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
         raise ConfigError.at(f"{key}._target_", node["_target_"], f"cannot be imported: {error}") from error
     if not is_dataclass(kind):
         raise ConfigError.at(f"{key}._target_", node["_target_"], "should be a frozen dataclass")

@@ -10,7 +10,7 @@ from dataclasses import fields
 import hydra
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override
+from hydra.core.override_parser.types import Override, ValueType
 from omegaconf import DictConfig, OmegaConf
 
 from rl_design_space._paths import CONF
@@ -77,6 +77,9 @@ class Composer:
         """
         try:
             parsed = self.parser.parse_overrides(list(overrides))
+            check_options(parsed)
+            if any(self._changes_keys(override) for override in parsed):
+                return hydra.compose(CONFIG_NAME, list(overrides), return_hydra_config=True)
             options = tuple(o.input_line or "" for o in parsed if not self._sets_a_value(o))
             if options not in self._bases:
                 self._bases[options] = hydra.compose(CONFIG_NAME, list(options), return_hydra_config=True)
@@ -89,15 +92,31 @@ class Composer:
             raise
         return config
 
+    def _changes_keys(self, override: Override) -> bool:
+        """Whether an override adds or deletes a key; its place among the others then counts."""
+        return override.is_add() or override.is_force_add() or override.is_delete()
+
     def _sets_a_value(self, override: Override) -> bool:
         """Whether an override only replaces a value, and leaves alone which files are composed."""
         return (
             override.package is None
-            and not (override.is_add() or override.is_force_add() or override.is_delete())
             and override.key_or_group not in self._groups
             and not override.is_hydra_override()
             and not override.is_sweep_override()
         )
+
+
+def check_options(overrides: Sequence[Override]) -> None:
+    """Refuse values where an option's name is needed, which Hydra would answer without saying where.
+
+    Raises:
+        ConfigError: such as `world=10`.
+    """
+    for override in overrides:
+        chooses = override.key_or_group in (*OPTION_GROUPS, "tracking") and not override.is_delete()
+        is_value = override.value_type == ValueType.ELEMENT and not isinstance(override.value(), (str, list, dict))
+        if chooses and is_value:
+            raise ConfigError.at(override.key_or_group, override.value(), "name exactly one option")
 
 
 def planned_point(

@@ -9,7 +9,6 @@ from omegaconf import DictConfig
 from omegaconf.errors import (
     ConfigAttributeError,
     ConfigKeyError,
-    InterpolationKeyError,
     MissingMandatoryValue,
     OmegaConfBaseException,
 )
@@ -37,7 +36,7 @@ def explain(error: Exception) -> ConfigError | None:
         return unknown_key(error)
     if isinstance(error, MissingMandatoryValue):
         return ConfigError.at(str(error.full_key), "???", "needs a value")
-    if isinstance(error, InterpolationKeyError):
+    if isinstance(error, OmegaConfBaseException) and error.full_key:
         return ConfigError(f"{error.full_key}: {str(error).splitlines()[0]}")
     if isinstance(error, OSError) and error.filename:
         return ConfigError(f"{error.filename}: {error.strerror}; outputs=DIR writes elsewhere")

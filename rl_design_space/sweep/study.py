@@ -10,11 +10,12 @@ from itertools import product
 from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
 from omegaconf import DictConfig
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.build import SETTINGS, build, plain
-from rl_design_space.sweep.compose import Composer
+from rl_design_space.sweep.compose import Composer, check_options
 from rl_design_space.sweep.explain import explain
 from rl_design_space.sweep.plan import PlannedPoint
 
@@ -80,8 +81,25 @@ def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     """
     if not any(argument.startswith("study=") for argument in arguments):
         return list(arguments), []
-    for_points = [a for a in arguments if re.match(r"[+~]*[A-Za-z_]", a) and "=" in a and not _is_setting(a)]
+    for_points = [argument for argument in arguments if _is_override(argument) and not _is_setting(argument)]
     return [argument for argument in arguments if argument not in for_points], for_points
+
+
+def check_arguments(arguments: Sequence[str]) -> None:
+    """Check the overrides of a command line as far as that is possible before Hydra composes them.
+
+    Raises:
+        ConfigError: one is not an override, or gives a value where an option is needed.
+    """
+    try:
+        check_options(OverridesParser.create().parse_overrides([a for a in arguments if _is_override(a)]))
+    except HydraException as error:
+        raise explain(error) or error from error
+
+
+def _is_override(argument: str) -> bool:
+    """Whether an argument is an override, rather than a flag or a flag's value."""
+    return "=" in argument and re.match(r"[+~]*[A-Za-z_]", argument) is not None
 
 
 def _is_setting(override: str) -> bool:
@@ -138,6 +156,7 @@ def expand(overrides: Sequence[str], parser: OverridesParser) -> list[tuple[str,
                 raise ConfigError(f"{override.input_line}: an interval has no list of values; use choice or range")
             if not values:
                 raise ConfigError(f"{override.input_line}: matches nothing")
+            axes.pop(override.key_or_group, None)  # +key and ~key take the place of key
             axes[key] = [f"{key}={value}" for value in values]
     except Exception as error:
         if explained := explain(error):
@@ -152,6 +171,11 @@ def _as_overrides(sweeps: Mapping[str, Any]) -> list[str]:
 
 
 def _typed(value: Any) -> str:
+    """A value in Hydra's grammar."""
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
+    if isinstance(value, Mapping):
+        return f"{{{','.join(f'{key}:{_typed(item)}' for key, item in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{','.join(map(_typed, value))}]"
     return str(value)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import getpass
 import shlex
+import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -154,15 +156,15 @@ def _origin() -> dict[str, str]:
     """Who recorded with which code; the client alone does not fill these in."""
     tags = {
         "rl_design_space.version": rl_design_space.__version__,
-        "mlflow.user": getpass.getuser(),
         "mlflow.source.name": shlex.join(["rl-design-space", *sys.argv[1:]]),
         "mlflow.source.type": "LOCAL",
     }
+    with suppress(OSError, KeyError):  # a user without a name
+        tags["mlflow.user"] = getpass.getuser()
     checkout = CONF.parent
-    if (checkout / ".git").exists():
-        asked = subprocess.run(
-            ["git", "-C", str(checkout), "rev-parse", "HEAD"], capture_output=True, text=True, check=False
-        )
+    if (checkout / ".git").exists() and shutil.which("git"):
+        question = ["git", "-C", str(checkout), "rev-parse", "HEAD"]
+        asked = subprocess.run(question, capture_output=True, text=True, check=False)
         if asked.returncode == 0:
             tags["mlflow.source.git.commit"] = asked.stdout.strip()
     return tags

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
@@ -43,7 +44,8 @@ class RunReader:
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
         """The arrays of a run's artifact: `steps` and `success` (periods, trials), `optimum`, every curve."""
         os.environ.setdefault("MLFLOW_ENABLE_ARTIFACTS_PROGRESS_BAR", "false")
-        return read_periods(Path(self._client.download_artifacts(run.run_id, PERIODS_FILE)))
+        with TemporaryDirectory() as folder:
+            return read_periods(Path(self._client.download_artifacts(run.run_id, PERIODS_FILE, folder)))
 
 
 def finished_runs(client: MlflowClient, experiment: str, fingerprints: Collection[str]) -> dict[str, StoredRun]:

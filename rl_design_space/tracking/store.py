@@ -31,7 +31,6 @@ def connect(uri: str) -> MlflowClient:
     os.environ.setdefault("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "2")
     os.environ.setdefault("MLFLOW_HTTP_REQUEST_BACKOFF_FACTOR", "1")
     from mlflow import MlflowClient
-    from mlflow.exceptions import MlflowException
 
     for noisy, level in (("mlflow", logging.WARNING), ("alembic", logging.WARNING), ("urllib3", logging.ERROR)):
         logging.getLogger(noisy).setLevel(level)
@@ -42,7 +41,7 @@ def connect(uri: str) -> MlflowClient:
             client.search_experiments(max_results=1)
             return client
         return _open_sqlite(path)
-    except (MlflowException, sqlite3.Error, OSError, Timeout) as error:
+    except Exception as error:  # of MLflow, SQLAlchemy, Alembic, a driver, the file system: the store is of no use
         raise ConfigError.at("tracking.uri", uri, f"cannot be used: {_reason(error)}") from error
 
 

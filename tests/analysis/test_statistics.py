@@ -1,0 +1,115 @@
+"""Estimates over periods, and how much of a sum its largest part makes."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rl_design_space.analysis import statistics
+from rl_design_space.analysis.statistics import mean_estimate, top_percent_weight
+
+SKEWED = np.random.default_rng(1).lognormal(size=40)
+
+
+def test_the_same_values_give_the_same_interval():
+    np.random.seed(1)  # noqa: NPY002 (the global generator must not matter)
+    first = mean_estimate(SKEWED)
+    np.random.seed(2)  # noqa: NPY002
+    assert mean_estimate(SKEWED) == first
+    assert mean_estimate(SKEWED, seed=1) != first
+
+
+def test_the_value_is_the_mean_and_the_interval_is_around_it():
+    estimate = mean_estimate(SKEWED)
+    assert estimate.value == SKEWED.mean()
+    assert SKEWED.min() < estimate.low < estimate.value < estimate.high < SKEWED.max()
+
+
+def test_the_interval_follows_the_skew():
+    estimate = mean_estimate(SKEWED)
+    assert estimate.high - estimate.value > 1.2 * (estimate.value - estimate.low)
+    mirrored = mean_estimate(-SKEWED)
+    assert mirrored.value - mirrored.low > 1.2 * (mirrored.high - mirrored.value)
+
+
+def test_the_interval_is_corrected_for_the_skew():
+    # A plain percentile interval is too low at both ends of a sample with a long right tail.
+    resampled = np.random.default_rng(6).choice(SKEWED, size=(5000, len(SKEWED))).mean(axis=1)
+    low, high = np.quantile(resampled, (0.025, 0.975))
+    estimate = mean_estimate(SKEWED)
+    assert estimate.low > low + 0.01 * (high - low)
+    assert estimate.high > high + 0.04 * (high - low)
+
+
+def test_the_interval_agrees_with_theory_where_there_is_no_skew():
+    values = np.random.default_rng(2).normal(100, 10, size=500)
+    estimate = mean_estimate(values)
+    half = 1.96 * values.std(ddof=1) / math.sqrt(len(values))
+    assert (estimate.low, estimate.high) == pytest.approx((values.mean() - half, values.mean() + half), abs=0.1 * half)
+
+
+def test_about_ninety_five_of_a_hundred_intervals_hold_the_true_mean(monkeypatch: pytest.MonkeyPatch):
+    # Enough for a share to within 0.03, and so many that the tail of 100 values a sample is what counts.
+    monkeypatch.setattr(statistics, "RESAMPLES", 500)
+    rng, samples = np.random.default_rng(3), 600
+    true_mean = 1.0
+    held = below = 0
+    for seed in range(samples):
+        estimate = mean_estimate(rng.exponential(true_mean, size=100), seed)
+        held += estimate.low <= true_mean <= estimate.high
+        below += estimate.high < true_mean
+    assert 0.91 <= held / samples <= 0.98
+    # An interval that ignored the skew would miss nearly always on this side.
+    assert below / samples <= 0.06
+
+
+def test_more_periods_make_a_narrower_interval():
+    values = np.random.default_rng(4).lognormal(size=1600)
+    few, many = mean_estimate(values[:100]), mean_estimate(values)
+    assert many.high - many.low < 0.5 * (few.high - few.low)
+
+
+@pytest.mark.parametrize("count", [2, 3, 500])
+def test_values_that_are_all_equal_have_no_width(count: int):
+    assert mean_estimate(np.full(count, 7.0)) == (7.0, 7.0, 7.0)
+
+
+def test_one_period_has_no_interval():
+    estimate = mean_estimate(np.array([7.0]))
+    assert estimate.value == 7.0
+    assert math.isnan(estimate.low)
+    assert math.isnan(estimate.high)
+
+
+@settings(deadline=None, max_examples=40)
+@given(values=st.lists(st.integers(1, 10_000), min_size=2, max_size=30))
+def test_an_interval_lies_within_the_values_and_warns_of_nothing(values: list[int]):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        estimate = mean_estimate(np.array(values, dtype=float))
+    # The bootstrap resamples what is there, so that not even a heavy tail leads outside.
+    assert min(values) <= estimate.low <= estimate.high <= max(values)
+    assert estimate.value == pytest.approx(np.mean(values))
+
+
+@pytest.mark.parametrize(
+    ("values", "weight"),
+    [
+        ([5.0] * 100, 1.0),
+        ([5.0] * 500, 1.0),
+        ([5.0] * 50, 1.0),
+        ([1.0] * 99 + [101.0], 101 / 2),
+        ([1.0] * 198 + [1.0, 801.0], 401 / 5),
+        ([0.0, 0.0, 3.0], 3.0),
+        ([1.0] * 100 + [300.0], 150.5 / (400 / 101)),
+    ],
+    ids=["equal", "more", "fewer", "one", "two", "all", "rounded up"],
+)
+def test_weight_of_the_largest_percent(values: list[float], weight: float):
+    shuffled = np.random.default_rng(5).permutation(values)
+    assert top_percent_weight(shuffled) == pytest.approx(weight)

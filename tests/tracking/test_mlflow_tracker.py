@@ -1,0 +1,254 @@
+"""The commit mark of a run, what is found again, and summary runs of sweeps."""
+
+from __future__ import annotations
+
+import csv
+import getpass
+import sqlite3
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from omegaconf import OmegaConf
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
+from rl_design_space.sweep.study import Study
+from rl_design_space.tracking import record
+from tests.tracking.stores import learned, options
+
+
+@pytest.fixture
+def tracker(database: Path):
+    return options(database).open()
+
+
+@pytest.fixture
+def client(database: Path):
+    from mlflow import MlflowClient
+
+    return MlflowClient(f"sqlite:///{database}")
+
+
+def runs(client, experiment: str = "design points") -> list:
+    return client.search_runs([client.get_experiment_by_name(experiment).experiment_id])
+
+
+def study_of(*points) -> Study:
+    return Study("mine", ("world.size=4",), OmegaConf.create(), list(points))
+
+
+def test_a_recorded_point_is_found_by_its_fingerprint(tracker):
+    (one, curves), (other, _) = learned(), learned("seed=1")
+    stored = tracker.record(replace(one, studies=("a",)), curves)
+    found = tracker.finished([other.fingerprint, one.fingerprint])
+    assert set(found) == {one.fingerprint}
+    assert found[one.fingerprint].run_id == stored.run_id
+    assert found[one.fingerprint].studies == stored.studies == {"a"}
+    assert {name: found[one.fingerprint].scalars[name] for name in stored.scalars} == stored.scalars
+
+
+@pytest.mark.parametrize("status", ["RUNNING", "FAILED", "KILLED", "SCHEDULED"])
+def test_only_finished_runs_count(status: str, tracker, client):
+    planned, curves = learned()
+    run_id = tracker.record(planned, curves).run_id
+    client.update_run(run_id, status=status)
+    assert tracker.finished([planned.fingerprint]) == {}
+    client.set_terminated(run_id, "FINISHED")
+    assert set(tracker.finished([planned.fingerprint])) == {planned.fingerprint}
+
+
+def test_a_run_that_somebody_deleted_does_not_count(tracker, client):
+    planned, curves = learned()
+    client.delete_run(tracker.record(planned, curves).run_id)
+    assert tracker.finished([planned.fingerprint]) == {}
+
+
+@pytest.mark.parametrize("error", [OSError("no space left"), KeyboardInterrupt()], ids=repr)
+@pytest.mark.parametrize("broken", ["log_batch", "log_artifacts", "write_artifacts"])
+def test_a_record_that_breaks_off_ends_failed(broken, error, tracker, client, monkeypatch: pytest.MonkeyPatch):
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    planned, curves = learned()
+    with monkeypatch.context() as patch:
+        patch.setattr(record if broken == "write_artifacts" else type(client), broken, fail)
+        with pytest.raises(type(error)):
+            tracker.record(planned, curves)
+    assert [run.info.status for run in runs(client)] == ["FAILED"]
+    assert tracker.finished([planned.fingerprint]) == {}
+    # And the point can be recorded again.
+    tracker.record(planned, curves)
+    assert sorted(run.info.status for run in runs(client)) == ["FAILED", "FINISHED"]
+
+
+@pytest.fixture
+def batches(client, monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Values in each batch that is logged."""
+    sizes: list[int] = []
+    log_batch = type(client).log_batch
+
+    def counted(self, run_id, metrics=(), params=(), tags=(), **others):
+        sizes.append(len(metrics) + len(params) + len(tags))
+        return log_batch(self, run_id, metrics=metrics, params=params, tags=tags, **others)
+
+    monkeypatch.setattr(type(client), "log_batch", counted)
+    return sizes
+
+
+def test_a_point_is_one_batch(tracker, batches: list[int]):
+    planned, curves = learned("task.trials=100")
+    tracker.record(planned, curves)
+    assert len(batches) == 1
+
+
+def test_more_values_than_a_batch_may_hold_are_split_and_all_there(database: Path, client, batches: list[int]):
+    planned, curves = learned("task.trials=400")
+    tracker = options(database, curves=CURVES_ON_DEMAND).open()
+    run_id = tracker.record(planned, curves).run_id
+    assert len(batches) > 1
+    assert max(batches) <= 1000
+    for name in (*CURVES, *CURVES_ON_DEMAND):
+        found = [metric.value for metric in client.get_metric_history(run_id, name)]
+        assert found == curves.curves()[name].tolist()
+    run = client.get_run(run_id)
+    assert run.data.params == record.params(planned)
+    assert curves.scalars((4, 4)).items() <= run.data.metrics.items()
+
+
+def test_a_curve_asked_for_twice_is_recorded_once(database: Path, client):
+    planned, curves = learned()
+    run_id = options(database, curves=["epsilon", "epsilon"]).open().record(planned, curves).run_id
+    assert len(client.get_metric_history(run_id, "epsilon")) == 4
+
+
+@pytest.mark.parametrize(
+    ("override", "missing"),
+    [("world.size=[3,4]", "total_steps_scaled"), ("task.periods=1", "total_steps_sem")],
+)
+def test_a_metric_that_does_not_exist_is_left_out(override: str, missing: str, tracker, client):
+    planned, curves = learned(override)
+    metrics = client.get_run(tracker.record(planned, curves).run_id).data.metrics
+    assert missing not in metrics
+    assert {"total_steps_scaled", "total_steps_sem"} - {missing} <= set(metrics)
+
+
+def test_a_stored_point_joins_other_studies(tracker, client):
+    planned, curves = learned()
+    stored = tracker.record(replace(planned, studies=("a",)), curves)
+    tracker.add_studies(stored, ("a", "b", "c"))
+    found = tracker.finished([planned.fingerprint])[planned.fingerprint]
+    assert found.studies == {"a", "b", "c"}
+    assert found.run_id == stored.run_id
+    assert len(runs(client)) == 1
+
+
+def test_a_stored_point_that_is_in_the_study_is_left_alone(tracker, batches: list[int]):
+    planned, curves = learned()
+    stored = tracker.record(replace(planned, studies=("a", "b")), curves)
+    del batches[:]
+    tracker.add_studies(stored, ("b",))
+    tracker.add_studies(stored, ())
+    assert batches == []
+
+
+def test_experiments_have_the_names_that_the_options_say(database: Path, client):
+    options(database, experiment="mine", sweeps="sums").open()
+    assert {experiment.name for experiment in client.search_experiments()} == {"Default", "mine", "sums"}
+
+
+@pytest.mark.parametrize(("key", "name"), [("experiment", "design points"), ("sweeps", "sweeps")])
+def test_a_deleted_experiment_is_told(key: str, name: str, tracker, database: Path, client):
+    client.delete_experiment(client.get_experiment_by_name(name).experiment_id)
+    with pytest.raises(ConfigError, match=f"tracking.{key}={name}: was deleted"):
+        options(database).open()
+
+
+def test_one_experiment_is_not_found_in_another(tracker, database: Path):
+    planned, curves = learned()
+    tracker.record(planned, curves)
+    assert options(database, experiment="mine").open().finished([planned.fingerprint]) == {}
+
+
+def test_location_tells_where_to_look(tracker, database: Path):
+    assert str(database) in tracker.location
+    assert "design points" in tracker.location
+
+
+def test_values_are_stored_as_numbers(tracker, database: Path):
+    # A NumPy integer would be stored as a blob, which the MLflow UI cannot show.
+    planned, curves = learned()
+    tracker.record(planned, curves)
+    with closing(sqlite3.connect(database)) as stored:
+        types = stored.execute("select distinct typeof(value), typeof(timestamp), typeof(step) from metrics").fetchall()
+    assert types == [("real", "integer", "integer")]
+
+
+# Where the tags come from.
+
+
+def origin(tracker, client) -> dict[str, str]:
+    return client.get_run(tracker.record(*learned()).run_id).data.tags
+
+
+def test_without_a_checkout_there_is_no_commit(database: Path, client, tmp_path: Path, monkeypatch):
+    monkeypatch.setattr("rl_design_space.tracking.mlflow_tracker.CONF", tmp_path / "conf")
+    assert "mlflow.source.git.commit" not in origin(options(database).open(), client)
+
+
+def test_a_checkout_without_git_installed_has_no_commit(database: Path, client, tmp_path: Path, monkeypatch):
+    (tmp_path / ".git").mkdir()
+    monkeypatch.setattr("rl_design_space.tracking.mlflow_tracker.CONF", tmp_path / "conf")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "mlflow.source.git.commit" not in origin(options(database).open(), client)
+
+
+@pytest.mark.parametrize("error", [KeyError, OSError])
+def test_a_user_without_a_name_can_record(error: type[Exception], database: Path, client, monkeypatch):
+    # As in a container that runs under a number only; which error it is depends on the version of Python.
+    def unknown() -> str:
+        raise error("No username set in the environment")
+
+    monkeypatch.setattr(getpass, "getuser", unknown)
+    assert origin(options(database).open(), client)["fingerprint"]
+
+
+# Summary runs.
+
+
+def test_a_sweep_has_a_summary_run_with_its_plan(tracker, client):
+    points = [learned(override)[0] for override in ("seed=0", "exploration=linear")]
+    summary = tracker.open_sweep(study_of(*points))
+    (run,) = runs(client, "sweeps")
+    assert run.info.status == "RUNNING"
+    assert run.info.run_name == "mine"
+    assert run.data.tags["study.mine"] == "true"
+    assert "rl-design-space study=mine world.size=4" in run.data.tags["mlflow.note.content"]
+    summary.close("FINISHED", {"already": 1, "done": 2, "failed": 0}, {})
+    (run,) = runs(client, "sweeps")
+    assert run.info.status == "FINISHED"
+    assert run.data.metrics == {"points/already": 1, "points/done": 2, "points/failed": 0}
+    folder = Path(run.info.artifact_uri.removeprefix("file://"))
+    assert [path.name for path in folder.iterdir()] == ["plan.csv"]
+    with (folder / "plan.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["fingerprint"] for row in rows] == [planned.fingerprint for planned in points]
+    # A column for every parameter of any point, empty where a point does not have it.
+    assert [(row["exploration"], row["exploration.k"], row["exploration.epsilon"]) for row in rows] == [
+        ("constant", "", "0.1"),
+        ("linear", "0.03", ""),
+    ]
+
+
+@pytest.mark.parametrize("status", ["FAILED", "KILLED"])
+def test_a_summary_run_tells_what_failed(status: str, tracker, client):
+    summary = tracker.open_sweep(study_of(learned()[0]))
+    summary.close(status, {"failed": 1}, {"rl-design-space world.size=4": 'ValueError("a, b\nc")'})
+    (run,) = runs(client, "sweeps")
+    assert run.info.status == status
+    path = Path(run.info.artifact_uri.removeprefix("file://")) / "failures.csv"
+    with path.open(encoding="utf-8", newline="") as file:
+        assert list(csv.DictReader(file)) == [
+            {"command": "rl-design-space world.size=4", "error": 'ValueError("a, b\nc")'}
+        ]

@@ -1,0 +1,65 @@
+"""What was recorded, read back."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
+from rl_design_space.tracking import NoTracking
+from tests.tracking.stores import learned, options
+
+
+def test_every_trial_of_every_period_comes_back(database: Path):
+    planned, curves = learned("seed=3")
+    options(database).open().record(planned, curves)
+    reader = options(database).reader()
+    arrays = reader.periods(reader.finished([planned.fingerprint])[planned.fingerprint])
+    assert set(arrays) == {"steps", "success", "optimum", *CURVES, *CURVES_ON_DEMAND}
+    np.testing.assert_array_equal(arrays["steps"], curves.steps)
+    np.testing.assert_array_equal(arrays["success"], curves.success)
+    np.testing.assert_array_equal(arrays["optimum"], curves.optimum)
+    for name, curve in curves.curves().items():
+        np.testing.assert_array_equal(arrays[name], curve)
+
+
+def test_only_complete_runs_are_read(database: Path):
+    (one, curves), (other, _) = learned(), learned("seed=1")
+    tracker = options(database).open()
+    stored = tracker.record(one, curves)
+    reader = options(database).reader()
+    assert reader.finished([one.fingerprint, other.fingerprint]) == tracker.finished([one.fingerprint])
+    tracker._client.update_run(stored.run_id, status="RUNNING")
+    assert reader.finished([one.fingerprint, other.fingerprint]) == {}
+
+
+def test_reading_leaves_nothing_behind(database: Path, monkeypatch: pytest.MonkeyPatch):
+    planned, curves = learned()
+    stored = options(database).open().record(planned, curves)
+    reader = options(database).reader()
+    temporary = database.parent / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    reader.periods(stored)
+    assert list(temporary.iterdir()) == []
+
+
+def test_there_is_nothing_to_read_before_the_first_run(tmp_path: Path):
+    database = tmp_path / "none" / "mlflow.db"
+    with pytest.raises(ConfigError, match=r"tracking\.uri=sqlite:.*: no run has been recorded there yet"):
+        options(database).reader()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_there_is_nothing_to_read_in_an_experiment_that_does_not_exist(database: Path):
+    with pytest.raises(ConfigError, match=r"tracking\.experiment=design points: there is no such experiment"):
+        options(database).reader()
+
+
+def test_there_is_nothing_to_read_without_tracking():
+    with pytest.raises(ConfigError, match="tracking=none: nothing was recorded"):
+        NoTracking().reader()

@@ -1,0 +1,202 @@
+"""Everything that is recorded of a design point."""
+
+from __future__ import annotations
+
+import getpass
+import math
+import subprocess
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import hydra.utils
+import numpy as np
+import pytest
+import yaml
+from omegaconf import OmegaConf
+
+import rl_design_space
+from rl_design_space._paths import CONF
+from rl_design_space.design import DesignPoint
+from rl_design_space.learning import LearningCurves
+from rl_design_space.learning.curves import FINAL_TRIALS
+from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
+from rl_design_space.sweep.compose import compose
+from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.tracking import record
+from rl_design_space.tracking.tracker import StoredRun
+from tests.tracking.stores import learned, options
+
+if TYPE_CHECKING:
+    from mlflow import MlflowClient
+    from mlflow.entities import Run
+
+OVERRIDES = ("task.trials=100", "representation=direction", "exploration=linear", "msa=lengths_2_3", "world.size=5")
+
+
+class Recorded(NamedTuple):
+    """A point, what was learned, and the run that holds it."""
+
+    planned: PlannedPoint
+    curves: LearningCurves
+    stored: StoredRun
+    client: MlflowClient
+    run: Run
+
+    def history(self, name: str) -> list[tuple[int, float]]:
+        found = self.client.get_metric_history(self.run.info.run_id, name)
+        return [(metric.step, metric.value) for metric in found]
+
+    def artifact(self, name: str) -> Path:
+        return Path(self.run.info.artifact_uri.removeprefix("file://")) / name
+
+
+@pytest.fixture(scope="module")
+def recorded(shared_database: Path) -> Recorded:
+    from mlflow import MlflowClient
+
+    planned, curves = learned(*OVERRIDES)
+    planned = replace(planned, studies=("fig3", "table4"))
+    stored = options(shared_database, curves=["epsilon", "steps/q90"]).open().record(planned, curves)
+    client = MlflowClient(f"sqlite:///{shared_database}")
+    return Recorded(planned, curves, stored, client, client.get_run(stored.run_id))
+
+
+def test_the_run_is_finished_and_named(recorded: Recorded):
+    info = recorded.run.info
+    assert info.status == "FINISHED"
+    assert info.run_name == recorded.planned.name
+    assert recorded.client.get_experiment(info.experiment_id).name == "design points"
+    # From the beginning of learning to the end of recording.
+    assert info.end_time - info.start_time >= math.floor(1000 * recorded.curves.seconds)
+
+
+def test_params_are_flat_and_named_as_on_the_command_line(recorded: Recorded):
+    assert recorded.run.data.params == {
+        "world": "torus", "representation": "direction", "exploration": "linear", "msa": "lengths_2_3",
+        "reward": "many_rewards", "learner": "q_learning",
+        "seed": "0",
+        "task.goals": "3", "task.trials": "100", "task.periods": "3", "task.max_steps": "10000",
+        "world.size": "5",
+        "representation.rule": "dominant_axis", "representation.goals": "all",
+        "exploration.start": "0.9", "exploration.k": "0.03", "exploration.first_trial": "0",
+        "msa.lengths": "[2, 3]", "msa.propagation": "primitives", "msa.reward": "realised", "msa.sub_goal": "continue",
+        "reward.step": "-0.1", "reward.sub_goal": "1.0", "reward.final_goal": "10.0",
+        "learner.alpha": "0.1", "learner.gamma": "0.9", "learner.initial_q": "0.0", "learner.explore": "non_greedy",
+        "learner.ties": "random", "learner.out_of_order": "step_reward", "learner.update": "standard",
+    }  # fmt: skip
+
+
+def test_the_params_of_a_run_are_overrides_that_make_its_point(recorded: Recorded):
+    again = compose([f"{name}={value}" for name, value in recorded.run.data.params.items()])
+    assert again.fingerprint == recorded.planned.fingerprint
+
+
+@pytest.mark.parametrize("name", [*CURVES, "epsilon", "steps/q90"])
+def test_a_curve_has_one_value_a_trial_from_trial_zero(name: str, recorded: Recorded):
+    expected = recorded.curves.curves()[name].tolist()
+    assert recorded.history(name) == list(enumerate(expected))
+    assert len(expected) == 100
+
+
+def test_the_curves_are_what_they_are_called(recorded: Recorded):
+    steps = recorded.curves.steps
+    assert [value for _, value in recorded.history("steps/mean")] == steps.mean(axis=0).tolist()
+    assert [value for _, value in recorded.history("steps/median")] == np.median(steps, axis=0).tolist()
+    assert [value for _, value in recorded.history("success_rate")] == recorded.curves.success.mean(axis=0).tolist()
+
+
+def test_curves_that_nobody_asked_for_stay_in_the_artifact(recorded: Recorded):
+    assert not {"steps/q10", "steps/over_optimum"} & set(recorded.run.data.metrics)
+
+
+def test_scalars_are_metrics(recorded: Recorded):
+    scalars = recorded.curves.scalars((5, 5))
+    assert recorded.stored.scalars == scalars
+    assert {name: recorded.run.data.metrics[name] for name in scalars} == scalars
+    assert set(recorded.run.data.metrics) == {*scalars, *CURVES, "epsilon", "steps/q90"}
+    assert all(recorded.history(name) == [(0, value)] for name, value in scalars.items())
+
+
+def test_scalars_are_what_they_are_called(recorded: Recorded):
+    steps, metrics = recorded.curves.steps, recorded.run.data.metrics
+    totals = steps.sum(axis=1)
+    assert metrics["total_steps"] == pytest.approx(totals.mean())
+    assert metrics["total_steps_sem"] == pytest.approx(totals.std(ddof=1) / math.sqrt(3))
+    assert metrics["total_steps_scaled"] == pytest.approx(totals.mean() * 10 / 5)
+    assert metrics["failed_trials"] == pytest.approx((steps == 10_000).mean())
+    final = (steps / recorded.curves.optimum[:, np.newaxis])[:, -FINAL_TRIALS:]
+    assert metrics["final_steps_over_optimum"] == pytest.approx(final.mean())
+
+
+def test_tags_tell_what_who_and_with_which_code(recorded: Recorded):
+    tags = recorded.run.data.tags
+    assert tags["fingerprint"] == recorded.planned.fingerprint
+    assert {tag for tag in tags if tag.startswith("study.")} == {"study.fig3", "study.table4"}
+    assert tags["rl_design_space.version"] == rl_design_space.__version__
+    assert tags["mlflow.user"] == getpass.getuser()
+    assert tags["mlflow.source.type"] == "LOCAL"
+    assert tags["mlflow.source.name"].startswith("rl-design-space")
+
+
+def test_the_commit_is_a_tag_where_there_is_a_checkout(recorded: Recorded):
+    checkout = CONF.parent
+    if not (checkout / ".git").exists():
+        assert "mlflow.source.git.commit" not in recorded.run.data.tags
+        return
+    command = ["git", "-C", str(checkout), "rev-parse", "HEAD"]
+    commit = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    assert recorded.run.data.tags["mlflow.source.git.commit"] == commit
+
+
+def test_the_artifacts_lie_beside_the_database(recorded: Recorded, shared_database: Path):
+    folder = recorded.artifact("")
+    assert folder.is_relative_to(shared_database.parent / "artifacts" / "design-points")
+    assert {path.name for path in folder.iterdir()} == {"periods.npz", "config.yaml"}
+
+
+def test_the_artifact_holds_every_trial_of_every_period(recorded: Recorded):
+    with np.load(recorded.artifact("periods.npz")) as arrays:
+        assert arrays["steps"].dtype == np.uint16
+        np.testing.assert_array_equal(arrays["steps"], recorded.curves.steps)
+        np.testing.assert_array_equal(arrays["success"], recorded.curves.success)
+        np.testing.assert_array_equal(arrays["optimum"], recorded.curves.optimum)
+
+
+def test_the_artifact_holds_every_curve(recorded: Recorded):
+    arrays = record.read_periods(recorded.artifact("periods.npz"))
+    assert set(arrays) == {"steps", "success", "optimum", *CURVES, *CURVES_ON_DEMAND}
+    for name, curve in recorded.curves.curves().items():
+        np.testing.assert_array_equal(arrays[name], curve)
+
+
+def test_the_config_artifact_instantiates_to_the_point(recorded: Recorded):
+    config = OmegaConf.load(recorded.artifact("config.yaml"))
+    assert DesignPoint(**hydra.utils.instantiate(config, _convert_="all")) == recorded.planned.point
+
+
+def test_the_config_artifact_names_its_command_and_every_value(recorded: Recorded):
+    text = recorded.artifact("config.yaml").read_text(encoding="utf-8")
+    assert text.splitlines()[0] == f"# {recorded.planned.command}"
+    config = yaml.safe_load(text)
+    assert list(config) == [field.name for field in fields(DesignPoint)]
+    assert config["msa"] == {
+        "_target_": "rl_design_space.design.msa.MultiStepActions",
+        "lengths": [2, 3],
+        "propagation": "primitives",
+        "reward": "realised",
+        "sub_goal": "continue",
+    }
+
+
+def test_steps_beyond_sixteen_bits_are_kept(tmp_path: Path):
+    steps = np.array([[70_000, 2**31 - 2]], dtype=np.int32)
+    curves = LearningCurves(steps, np.array([[True, False]]), np.array([3], np.int32), np.array([0.1, 0.1]), 1.0)
+    record.write_artifacts(tmp_path, compose(), curves)
+    np.testing.assert_array_equal(record.read_periods(tmp_path / "periods.npz")["steps"], steps)
+
+
+def test_values_that_are_not_finite_are_no_metrics():
+    _, curves = learned()
+    points = record.metrics(curves, {"good": 1.0, "bad": math.nan, "worse": math.inf}, ())
+    assert [name for name, _, step in points if name in ("good", "bad", "worse")] == ["good"]

@@ -1,0 +1,184 @@
+"""Opening a store: a new database, a shared one, a locked one, and what is no store at all."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from filelock import FileLock
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.tracking import store
+from rl_design_space.tracking.store import connect, sqlite_path
+from tests.tracking.stores import import_mlflow, options
+
+
+@pytest.fixture(autouse=True)
+def _mlflow() -> None:
+    import_mlflow()
+
+
+def pragma(database: Path, name: str) -> object:
+    with closing(sqlite3.connect(database)) as connection:
+        return connection.execute(f"PRAGMA {name}").fetchone()[0]
+
+
+def test_a_new_database_is_ready_for_readers_beside_a_writer(empty_database: Path):
+    assert pragma(empty_database, "journal_mode") == "wal"
+
+
+def test_the_query_planner_knows_the_tables(database: Path):
+    connect(f"sqlite:///{database}")
+    with closing(sqlite3.connect(database)) as connection:
+        assert connection.execute("select count(*) from sqlite_master where name = 'sqlite_stat1'").fetchone() == (1,)
+
+
+def test_a_relative_path_is_that_of_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    assert sqlite_path("sqlite:///outputs/mlflow.db") == tmp_path / "outputs" / "mlflow.db"
+    assert sqlite_path("sqlite:////srv/mlflow.db") == Path("/srv/mlflow.db")
+    assert sqlite_path("postgresql://host/mlflow") is None
+    assert sqlite_path("http://host") is None
+
+
+CREATES = """
+import sys
+from rl_design_space.tracking import MlflowTracking
+import mlflow.store.tracking.sqlalchemy_store
+print("ready", flush=True)
+sys.stdin.readline()
+print(MlflowTracking(uri=sys.argv[1]).open().location, flush=True)
+"""
+
+
+def test_processes_that_create_the_same_database_at_once_all_succeed(tmp_path: Path):
+    uri = f"sqlite:///{tmp_path}/new/mlflow.db"
+    command = [sys.executable, "-c", CREATES, uri]
+    pipe = subprocess.PIPE
+    processes = [subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True) for _ in range(2)]
+    # All imports are done before the race begins.
+    for process in processes:
+        assert process.stdout.readline() == "ready\n"
+    for process in processes:
+        process.stdin.write("go\n")
+        process.stdin.flush()
+    for process in processes:
+        out, err = process.communicate(timeout=100)
+        assert process.returncode == 0, err
+        assert uri in out
+    assert pragma(tmp_path / "new" / "mlflow.db", "integrity_check") == "ok"
+
+
+def test_a_database_that_another_process_writes_to_for_long_is_told(database: Path, monkeypatch: pytest.MonkeyPatch):
+    connect(f"sqlite:///{database}")
+    monkeypatch.setattr(store, "_WRITER_PATIENCE", 0.05)
+    with closing(sqlite3.connect(database, isolation_level=None)) as writer:
+        writer.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(ConfigError, match=r"tracking\.uri=sqlite:.*mlflow\.db: cannot be used: .*locked"):
+            options(database).open()
+        writer.execute("ROLLBACK")
+    options(database).open()
+
+
+def test_a_database_that_another_process_creates_for_long_is_told(database: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(store, "_CREATION_PATIENCE", 0.05)
+    message = r"tracking\.uri=sqlite:.*mlflow\.db: cannot be used: another process"
+    with FileLock(f"{database}.lock"), pytest.raises(ConfigError, match=message):
+        options(database).open()
+    options(database).open()
+
+
+def test_a_file_that_is_no_database_is_told_and_left_alone(tmp_path: Path):
+    path, content = tmp_path / "notes.txt", "colour: red\n" * 100
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"tracking\.uri=.*notes\.txt: cannot be used: file is not a database"):
+        options(path).open()
+    assert path.read_text(encoding="utf-8") == content
+
+
+def test_a_database_of_another_version_of_mlflow_is_told(database: Path):
+    with closing(sqlite3.connect(database)) as other:
+        other.execute("update alembic_version set version_num = 'of another version'")
+        other.commit()
+    with pytest.raises(ConfigError, match=r"tracking\.uri=.*cannot be used: Detected out-of-date database schema"):
+        options(database).open()
+
+
+def test_a_database_of_another_program_is_told(tmp_path: Path):
+    with closing(sqlite3.connect(tmp_path / "other.db")) as other:
+        other.execute("create table alembic_version (version_num text)")
+        other.execute("insert into alembic_version values ('of another program')")
+        other.commit()
+    with pytest.raises(ConfigError, match=r"tracking\.uri=.*other\.db: cannot be used"):
+        options(tmp_path / "other.db").open()
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path):
+    (tmp_path / "file").touch()
+    with pytest.raises(ConfigError, match=r"tracking\.uri=.*file/mlflow\.db: cannot be used"):
+        options(tmp_path / "file" / "mlflow.db").open()
+
+
+def test_a_folder_is_no_database(tmp_path: Path):
+    with pytest.raises(ConfigError, match=r"cannot be used: unable to open database file"):
+        options(tmp_path).open()
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "sqlite:mlflow.db",
+        "postgresql+no_such_driver://localhost/mlflow",
+        "mysql+no_such_driver://localhost/mlflow",
+        "gopher://localhost",
+        "file:///srv/mlruns",
+        "databricks:x",
+    ],
+)
+def test_a_store_that_cannot_be_opened_is_told(uri: str):
+    with pytest.raises(ConfigError, match=r"tracking\.uri=") as caught:
+        connect(uri)
+    assert str(caught.value).startswith(f"tracking.uri={uri}: cannot be used: ")
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_driver_that_is_not_installed_is_told(monkeypatch: pytest.MonkeyPatch):
+    for driver in ("psycopg", "psycopg2"):
+        monkeypatch.setitem(sys.modules, driver, None)
+    with pytest.raises(ConfigError, match=r"tracking\.uri=postgresql://127\.0\.0\.1:9/x: cannot be used: .*psycopg"):
+        connect("postgresql://127.0.0.1:9/x")
+
+
+def test_a_server_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "0")
+    with pytest.raises(ConfigError, match=r"tracking\.uri=http://127\.0\.0\.1:9: cannot be used: API request to"):
+        connect("http://127.0.0.1:9")
+
+
+def imported_by(statements: str) -> set[str]:
+    program = f"import sys\n{statements}\nprint(*sys.modules)"
+    output = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    return {name.partition(".")[0] for name in output.split()}
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        "import rl_design_space.tracking",
+        "from rl_design_space.tracking import NoTracking; NoTracking().open()",
+        "from rl_design_space.tracking import MlflowTracking; MlflowTracking(uri='sqlite:///x.db')",
+    ],
+)
+def test_choosing_where_to_record_does_not_import_mlflow(statements: str):
+    assert not {"mlflow", "sqlalchemy", "pandas"} & imported_by(statements)
+
+
+def test_no_telemetry_leaves_the_machine(database: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delenv("MLFLOW_DISABLE_TELEMETRY", raising=False)
+    connect(f"sqlite:///{database}")
+    assert os.environ["MLFLOW_DISABLE_TELEMETRY"] == "true"
