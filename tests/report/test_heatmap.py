@@ -183,7 +183,7 @@ def test_a_table_of_which_nothing_was_measured_is_hatched_all_over(pictured, sma
     figure = pictured(made_up())
     assert [sum(bool(patch.get_hatch()) for patch in axis.patches) for axis in figure.axes[:2]] == [6, 6]
     text = published_table_text(small.study, made_up(), small.table)
-    assert "**12 of 12 cells are missing**" in text
+    assert "**Missing: 12 of 12 cells**" in text
 
 
 @pytest.mark.parametrize("measured", [[500.0] * 12, [np.nan] * 11 + [500.0]], ids=["all equal", "only one"])
