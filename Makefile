@@ -5,7 +5,6 @@
 
 PYTHON  ?= python3
 VENV    ?= .venv
-OUTPUTS ?= outputs
 BIN     := $(VENV)/bin
 
 export MLFLOW_DISABLE_TELEMETRY := true
@@ -17,9 +16,9 @@ help:
 	@sed -n 's/^#   //p' Makefile
 
 run: $(VENV)/.run
-	$(BIN)/rl-design-space study=table4 outputs=$(OUTPUTS)
-	$(BIN)/rl-design-report table4 outputs=$(OUTPUTS)
-	@echo "The report is in $(OUTPUTS)/report/table4.md, the learning curves are in MLflow: make ui"
+	$(BIN)/rl-design-space study=table4
+	$(BIN)/rl-design-report table4
+	@echo "The report is in outputs/report/table4.md, the learning curves are in MLflow: make ui"
 
 test: lint
 	$(BIN)/python -m pytest
@@ -32,7 +31,7 @@ lint: $(VENV)/.test
 ui: $(VENV)/.run
 	@echo "MLflow UI: http://127.0.0.1:5000  (Ctrl-C ends it)"
 	MLFLOW_SERVER_ENABLE_JOB_EXECUTION=false $(BIN)/mlflow server --host 127.0.0.1 --port 5000 --workers 1 \
-	  --backend-store-uri sqlite:///$(abspath $(OUTPUTS))/mlflow.db
+	  --backend-store-uri sqlite:///$(abspath outputs)/mlflow.db
 
 # The stamps say which lock file a virtual environment was filled from.
 $(VENV)/.run: requirements.txt pyproject.toml | $(BIN)/python
