@@ -192,15 +192,21 @@ def test_a_report_is_written_from_what_was_tracked(small_table: Completed, comma
     [
         (("rl-design-space", "world.siz=5"), "world.siz: no such key in Torus; did you mean world.size?"),
         (("rl-design-space", "study=table4", "world.size=1"), "study table4, block ad_hoc: world.size=1: "),
+        (("rl-design-space", "representation=null"), "representation=null: name exactly one option"),
         (("rl-design-report", "table5"), "study=table5: no such option; did you mean study=table4?"),
     ],
-    ids=["point", "study", "report"],
+    ids=["point", "study", "option", "report"],
 )
 def test_a_mistake_is_one_line_and_status_two(words: tuple[str, ...], message: str, command: Command):
     done = command(*words, status=2)
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"error: {message}")
     assert done.stdout == ""
+
+
+def test_a_sweep_that_matches_nothing_is_no_success(command: Command):
+    done = command("rl-design-space", "-m", "representation=glob(none_such*)", "tracking=none", status=2)
+    assert done.stderr.startswith("error: no design point in this sweep")
 
 
 def test_a_traceback_is_shown_to_who_asks_for_it(command: Command):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from rl_design_space.design._fields import FloatArray
+from rl_design_space._arrays import FloatArray
 
 RESAMPLES = 5000
 

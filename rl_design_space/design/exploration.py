@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from rl_design_space.design._fields import STRICT, FloatArray
+from rl_design_space._arrays import FloatArray
+from rl_design_space._strict import STRICT
 
 Probability = Annotated[float, Field(ge=0, le=1)]
 

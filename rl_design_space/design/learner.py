@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from rl_design_space.design._fields import STRICT
+from rl_design_space._strict import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
-from rl_design_space.design._fields import STRICT
+from rl_design_space._strict import STRICT
 
 
 def _in_order(lengths: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from rl_design_space.design._fields import STRICT
+from rl_design_space._strict import STRICT
 from rl_design_space.design.exploration import Constant, Exploration
 from rl_design_space.design.learner import QLearning
 from rl_design_space.design.msa import MultiStepActions

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from rl_design_space.design._fields import STRICT, IntArray
+from rl_design_space._arrays import IntArray
+from rl_design_space._strict import STRICT
 from rl_design_space.design.world import World, cell_count
 
 _LARGEST_CODE = int(np.iinfo(np.int64).max)

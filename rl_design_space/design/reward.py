@@ -7,7 +7,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from pydantic.dataclasses import dataclass
 
-from rl_design_space.design._fields import STRICT, FloatArray
+from rl_design_space._arrays import FloatArray
+from rl_design_space._strict import STRICT
 
 
 @runtime_checkable

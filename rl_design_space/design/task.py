@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from rl_design_space.design._fields import STRICT
+from rl_design_space._strict import STRICT
 
 _Count = Annotated[int, Field(ge=1)]
 

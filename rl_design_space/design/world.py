@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
-from rl_design_space.design._fields import STRICT, IntArray
+from rl_design_space._arrays import IntArray
+from rl_design_space._strict import STRICT
 
 #: The primitive moves as (x, y) steps, in the order of every table: right, left, above, below.
 #: As in a picture, x grows to the right and y grows downwards.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.design._fields import FloatArray
+from rl_design_space._arrays import FloatArray
 
 #: Trials at the end of a period that stand for the final policy.
 FINAL_TRIALS = 10

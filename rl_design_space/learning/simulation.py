@@ -18,8 +18,9 @@ from rl_design_space.learning.tables import learning_tables, observation_rows
 
 #: Observation codes held at a time, per thread: periods in flight are cut so that memory grows with the world only.
 _CODES_IN_FLIGHT = 250_000
-#: Shares of the periods that each thread gets, so that a share with slow periods leaves no core idle for long.
-_SHARES_PER_THREAD = 16
+#: Shares of the periods that each of several threads gets, so that one with slow periods leaves no core idle for
+#: long; a share has this many periods at least, because each costs some time of its own.
+_SHARES_PER_THREAD, _PERIODS_PER_SHARE = 16, 8
 
 
 def available_threads() -> int:
@@ -59,8 +60,13 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
     # No period at all: compiles, or loads what was compiled, outside the measured time.
     learn_rows(slice(0, 0), np.empty((0, task.goals, cells), dtype=np.int32), 0)
     started = perf_counter()
-    size = max(1, min(task.periods // (threads * _SHARES_PER_THREAD), _CODES_IN_FLIGHT // (task.goals * cells)))
-    shares = [slice(first, first + size) for first in range(0, task.periods, size)]
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(learn_share, shares))
+        list(pool.map(learn_share, _shares(task.periods, threads, codes_per_period=task.goals * cells)))
     return LearningCurves(steps, success, optimum, tables.epsilon, seconds=perf_counter() - started)
+
+
+def _shares(periods: int, threads: int, codes_per_period: int) -> list[slice]:
+    """Cut the periods into shares that are learned one after the other or at the same time."""
+    even = periods if threads == 1 else max(_PERIODS_PER_SHARE, periods // (threads * _SHARES_PER_THREAD))
+    size = max(1, min(even, _CODES_IN_FLIGHT // codes_per_period))
+    return [slice(first, first + size) for first in range(0, periods, size)]

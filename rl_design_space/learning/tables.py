@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rl_design_space._arrays import FloatArray, IntArray
 from rl_design_space.design import DesignPoint, cell_count
-from rl_design_space.design._fields import FloatArray, IntArray
 from rl_design_space.learning.kernel import COIN_SIDES, Rules
 
 

@@ -14,8 +14,8 @@ from omegaconf.errors import OmegaConfBaseException
 from pydantic import Field, ValidationError
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._strict import STRICT
 from rl_design_space.design import DesignPoint
-from rl_design_space.design._fields import STRICT
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.explain import explain, invalid
 from rl_design_space.tracking import Tracking

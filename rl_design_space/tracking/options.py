@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
 from pydantic import AfterValidator, Field, Strict
 from pydantic.dataclasses import dataclass
 
-from rl_design_space.design._fields import STRICT
+from rl_design_space._strict import STRICT
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
 from rl_design_space.tracking.tracker import NullTracker, Tracker

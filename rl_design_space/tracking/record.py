@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from rl_design_space.design._fields import FloatArray
+from rl_design_space._arrays import FloatArray
 from rl_design_space.learning import LearningCurves
 from rl_design_space.learning.names import CURVES
 from rl_design_space.sweep.describe import resolved_config
