@@ -2,6 +2,7 @@
 #   make run    set up, run the Table 4 study, write its report
 #   make test   set up, then lint, types and tests
 #   make ui     the MLflow UI on what has been run
+#   make bench  set up with other implementations, then measure ours against them
 
 PYTHON  ?= python3
 VENV    ?= .venv
@@ -9,7 +10,7 @@ BIN     := $(VENV)/bin
 
 export MLFLOW_DISABLE_TELEMETRY := true
 
-.PHONY: help run test ui lint lock clean
+.PHONY: help run test ui bench peers lint lock clean
 .DEFAULT_GOAL := help
 
 help:
@@ -33,6 +34,11 @@ ui: $(VENV)/.run
 	MLFLOW_SERVER_ENABLE_JOB_EXECUTION=false $(BIN)/mlflow server --host 127.0.0.1 --port 5000 --workers 1 \
 	  --backend-store-uri sqlite:///$(abspath outputs)/mlflow.db
 
+bench: peers
+	$(BIN)/python -m benchmarks
+
+peers: $(VENV)/.bench
+
 # The stamps say which lock file a virtual environment was filled from.
 $(VENV)/.run: requirements.txt pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --no-deps --require-hashes -r requirements.txt
@@ -41,6 +47,10 @@ $(VENV)/.run: requirements.txt pyproject.toml | $(BIN)/python
 
 $(VENV)/.test: requirements-test.txt $(VENV)/.run
 	$(BIN)/python -m pip install --quiet --no-deps --require-hashes -r requirements-test.txt
+	@touch $@
+
+$(VENV)/.bench: requirements-bench.txt $(VENV)/.run
+	$(BIN)/python -m pip install --quiet --no-deps --require-hashes -r requirements-bench.txt
 	@touch $@
 
 $(BIN)/python:
@@ -56,6 +66,7 @@ UV_COMPILE = echo 'hatchling>=1.27,<2' | uv pip compile pyproject.toml - --unive
 lock:
 	$(UV_COMPILE) --output-file requirements.txt
 	$(UV_COMPILE) --constraint requirements.txt --extra test --output-file requirements-test.txt
+	$(UV_COMPILE) --constraint requirements.txt --extra bench --output-file requirements-bench.txt
 
 clean:
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache build dist

@@ -1,0 +1,76 @@
+"""`python -m benchmarks`: everything, or one part of it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from benchmarks import scaling, scaling_plot, start
+from benchmarks.client import ROOT
+from benchmarks.peers import PEERS
+from benchmarks.race import Setting, race
+from benchmarks.race_table import calls_frame, frame_of, text_of, versions
+from benchmarks.results import Results
+from benchmarks.tables import console
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the chosen parts.
+
+    Returns:
+        Exit status: 1 if a peer does another job or has failed.
+    """
+    chosen = _parser().parse_args(arguments)
+    return max([part(chosen) for name, part in PARTS.items() if chosen.only in (None, name)])
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="few rounds: shows that all works, times are rough")
+    parser.add_argument("--only", choices=PARTS, help="one part of the three")
+    parser.add_argument("--outputs", type=Path, default=ROOT / "outputs" / "benchmarks", help="folder for the results")
+    parser.add_argument("--rounds", type=int, help="timed rounds of every part")
+    parser.add_argument("--peers", nargs="+", default=PEERS, metavar="NAME", help=f"of {', '.join(PEERS)}")
+    parser.add_argument(
+        "--python", nargs="+", default=[], metavar="NAME=PATH", help="run a peer with another interpreter"
+    )
+    return parser
+
+
+def _race(chosen: argparse.Namespace) -> int:
+    setting = Setting(
+        peers=chosen.peers,
+        rounds=chosen.rounds or (2 if chosen.quick else 15),
+        check_periods=12 if chosen.quick else 40,
+        pythons=dict(pair.split("=", 1) for pair in chosen.python),
+    )
+    results = Results(chosen.outputs, "race", "Time a step, beside others")
+    entrants = race(setting, console.print)
+    frame = frame_of(entrants)
+    results.save(frame, text_of(frame), calls_frame(entrants), versions(frame))
+    return int(frame["state"].isin(["VOID", "failed"]).any())
+
+
+def _scaling(chosen: argparse.Namespace) -> int:
+    results = Results(chosen.outputs, "scaling", "What the cost depends on")
+    measured = scaling.cases(periods=200 if chosen.quick else 500, counted_periods=10 if chosen.quick else 50)
+    calls = scaling.measure(measured, chosen.rounds or (2 if chosen.quick else 11), console.print)
+    frame = scaling.summary(calls)
+    results.save(frame, scaling.text_of(frame), calls)
+    scaling_plot.plot(calls, chosen.outputs / "scaling.png")
+    return 0
+
+
+def _start(chosen: argparse.Namespace) -> int:
+    results = Results(chosen.outputs, "start", "From the command to the first result")
+    calls = start.measure(chosen.rounds or (2 if chosen.quick else 9), console.print)
+    frame = start.summary(calls)
+    results.save(frame, start.text_of(frame), calls)
+    return 0
+
+
+PARTS = {"race": _race, "scaling": _scaling, "start": _start}
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Peers that do what a peer should not do."""
