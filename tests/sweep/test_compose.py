@@ -78,7 +78,7 @@ def outcome(how: Callable[[Overrides], DictConfig], overrides: Overrides) -> obj
     return {key: value for key, value in OmegaConf.to_container(config).items() if key != "hydra"}, choices
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=15)
 @given(overrides=override_lists())
 def test_the_composer_agrees_with_hydra(overrides: Overrides):
     with shipped_config():

@@ -11,7 +11,7 @@ from omegaconf import OmegaConf
 
 from rl_design_space.design import AdHoc, DesignPoint, Direction, Linear, Task, Torus
 from rl_design_space.errors import ConfigError
-from rl_design_space.sweep.compose import Composer, compose, shipped_config
+from rl_design_space.sweep.compose import Composer, shipped_config
 from rl_design_space.sweep.plan import PlannedPoint
 from rl_design_space.sweep.study import Study, expand, load_study, plan_study, split_arguments
 
@@ -88,9 +88,9 @@ def test_a_forced_override_is_not_lost():
 
 
 @pytest.mark.parametrize("overrides", [(), ("world.size=5", "outputs=elsewhere"), ("task.trials=${task.goals}",)])
-def test_the_command_of_a_planned_point_makes_the_same_point(overrides: tuple[str, ...]):
+def test_the_command_of_a_planned_point_makes_the_same_point(overrides: tuple[str, ...], composer: Composer):
     for planned in table4("task.goals=2", *overrides).plan:
-        assert compose(planned.overrides).fingerprint == planned.fingerprint
+        assert composer(planned.overrides).fingerprint == planned.fingerprint
 
 
 def test_settings_reach_the_study_and_the_command_of_every_point():
