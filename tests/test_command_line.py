@@ -145,16 +145,11 @@ def test_the_same_point_is_not_learned_again(default_run: Completed, command: Co
     assert one == other
 
 
-def test_without_tracking_no_database_is_written(folder: Path, command: Command):
-    done = command("rl-design-space", *SMALL, "tracking=none", outputs="out/untracked")
-    assert "nowhere" in done.stdout
-    assert list((folder / "out").rglob("untracked/*")) == []
-
-
-def test_several_values_make_several_runs(command: Command):
-    done = command("rl-design-space", "-m", *SMALL, "world.size=6,7", "tracking=none")
-    assert done.stdout.count("total steps a period") == 2
+def test_several_values_make_several_runs_and_without_tracking_no_database(command: Command, folder: Path):
+    done = command("rl-design-space", "-m", *SMALL, "world.size=6,7", "tracking=none", outputs="out/untracked")
+    assert done.stdout.count("total steps a period") == done.stdout.count("nowhere (tracking=none)") == 2
     assert done.stdout.index("torus (size=6)") < done.stdout.index("torus (size=7)")
+    assert list((folder / "out" / "untracked").rglob("*.db")) == []
 
 
 def test_a_study_learns_its_points(small_table: Completed, folder: Path):

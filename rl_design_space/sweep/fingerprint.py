@@ -8,6 +8,7 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from rl_design_space.design import DesignPoint
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
 
 
@@ -16,9 +17,15 @@ def fingerprint(point: DesignPoint) -> str:
 
     Option names, tracking, paths and thread counts do not count: `reward=many_rewards reward.step=0` is the
     same point as `reward=each_success`.
+
+    Raises:
+        ConfigError: a field of an option is not a plain value.
     """
     content = {"kernel": KERNEL_VERSION, "point": _content(point)}
-    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    try:
+        canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise ConfigError(f"a field of an option should be a plain value, or a list of such: {error}") from error
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 

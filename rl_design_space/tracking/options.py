@@ -25,7 +25,7 @@ def _known_curve(name: str) -> str:
 
 
 def _tracking_uri(uri: str) -> str:
-    if not re.match(r"[a-z][a-z0-9+]*:", uri):
+    if not re.match(r"[a-z][a-z0-9+]*:", uri) or not uri.partition(":")[2].strip("/"):
         raise ValueError("should be a tracking URI such as sqlite:///FILE, postgresql://… or http://…")
     return uri
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,14 +57,16 @@ def _open_sqlite(path: Path) -> MlflowClient:
 
     path.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(f"{path}.lock", timeout=_CREATION_PATIENCE):
-        with sqlite3.connect(path, timeout=_WRITER_PATIENCE) as database:
+        with closing(sqlite3.connect(path, timeout=_WRITER_PATIENCE)) as database:
             database.execute("PRAGMA journal_mode = WAL")
             database.execute("BEGIN IMMEDIATE")
+            database.rollback()
         client = MlflowClient(f"{_SQLITE}{path}")
         client.search_experiments(max_results=1)
-        with sqlite3.connect(path, timeout=_WRITER_PATIENCE) as database:
+        with closing(sqlite3.connect(path, timeout=_WRITER_PATIENCE)) as database:
             database.execute("PRAGMA analysis_limit = 1000")
             database.execute("ANALYZE")
+            database.commit()
     return client
 
 

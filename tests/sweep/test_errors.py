@@ -122,6 +122,7 @@ SETTINGS = [
     ("tracking.curves=epsilon", ["tracking.curves=epsilon"]),
     ("tracking.uri=mlflow.db", ["tracking.uri=mlflow.db", "sqlite:///"]),
     ("tracking.uri=/srv/mlflow", ["tracking.uri=/srv/mlflow", "sqlite:///"]),
+    ("tracking.uri=sqlite:///", ["tracking.uri=sqlite:///: should be a tracking URI"]),
     ("tracking.uri=null", ["tracking.uri=null", "a valid string"]),
     ("tracking.uri=???", ["tracking.uri=???", "needs a value"]),
     ("tracking.experiment=''", ["tracking.experiment="]),

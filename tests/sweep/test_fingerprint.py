@@ -14,6 +14,7 @@ import pytest
 
 from rl_design_space._paths import CONF
 from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Task, Torus, Walled
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.sweep.compose import OPTION_GROUPS, Composer
 from rl_design_space.sweep.fingerprint import fingerprint
@@ -216,3 +217,21 @@ def test_what_a_component_is_made_of_counts(other: OwnWorld):
 def test_the_order_of_a_mapping_does_not_count():
     one, other = OwnWorld(weights={"a": 1.0, "b": 2.0}), OwnWorld(weights={"b": 2.0, "a": 1.0})
     assert fingerprint(DesignPoint(world=one)) == fingerprint(DesignPoint(world=other))
+
+
+def test_a_field_that_is_no_plain_value_is_told(tmp_path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "own_schedule.py").write_text(
+        "from dataclasses import dataclass\n"
+        "import numpy as np\n"
+        "@dataclass(frozen=True)\n"
+        "class Steps:\n"
+        "    levels: object = frozenset((0.1, 0.2))\n"
+        "    def schedule(self, trials):\n"
+        "        return np.full(trials, max(self.levels))\n",
+        encoding="utf-8",
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    from own_schedule import Steps
+
+    with pytest.raises(ConfigError, match="plain value"):
+        fingerprint(DesignPoint(exploration=Steps()))

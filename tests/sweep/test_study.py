@@ -26,9 +26,11 @@ def planned(composer: Composer):
     return plan
 
 
-def table4(*overrides: str) -> Study:
-    with shipped_config():
-        return load_study("table4", overrides)
+@pytest.fixture
+def table4(composer: Composer, monkeypatch: pytest.MonkeyPatch):
+    """Load Table 4 with these overrides; all tests share what was composed."""
+    monkeypatch.setattr("rl_design_space.sweep.study.Composer", lambda: composer)
+    return lambda *overrides: load_study("table4", overrides)
 
 
 def cells(study: Study) -> set[tuple[str, float, object, int]]:
@@ -38,7 +40,7 @@ def cells(study: Study) -> set[tuple[str, float, object, int]]:
     return set(found)
 
 
-def test_table_4_is_eighteen_points():
+def test_table_4_is_eighteen_points(table4):
     study = table4()
     ways = ((AdHoc(), Linear(k=0.03)), (Direction(), Linear(k=0.02)))
     assert [planned.point for planned in study.plan] == [
@@ -47,60 +49,60 @@ def test_table_4_is_eighteen_points():
     ]
 
 
-def test_an_override_of_something_else_holds_for_every_point():
+def test_an_override_of_something_else_holds_for_every_point(table4):
     study = table4("task.periods=50", "learner.explore=all")
     assert len(study.plan) == 18
     assert {planned.point.task.periods for planned in study.plan} == {50}
     assert {planned.point.learner.explore for planned in study.plan} == {"all"}
 
 
-def test_an_override_replaces_what_the_blocks_choose():
+def test_an_override_replaces_what_the_blocks_choose(table4):
     study = table4("exploration.k=0.05")
     assert {planned.point.exploration for planned in study.plan} == {Linear(k=0.05)}
     assert len(study.plan) == 18
 
 
-def test_an_override_narrows_a_sweep():
+def test_an_override_narrows_a_sweep(table4):
     assert cells(table4("world.size=10")) == {
         (*way, 10, n) for way, n in product((("ad_hoc", 0.03), ("direction", 0.02)), (1, 2, 3))
     }
 
 
-def test_an_override_extends_a_sweep():
+def test_an_override_extends_a_sweep(table4):
     assert cells(table4("world.size=10,40", "task.goals=1")) == {
         (*way, d, 1) for way, d in product((("ad_hoc", 0.03), ("direction", 0.02)), (10, 40))
     }
 
 
-def test_an_override_sweeps_what_the_study_leaves_alone():
+def test_an_override_sweeps_what_the_study_leaves_alone(table4):
     study = table4("world.size=10", "task.goals=1", "reward=many_rewards,end_reward", "seed=range(0,3)")
     assert len(study.plan) == 2 * 2 * 3
 
 
-def test_the_last_of_two_overrides_counts():
+def test_the_last_of_two_overrides_counts(table4):
     assert {planned.point.world for planned in table4("world.size=10", "world.size=5").plan} == {Torus(size=5)}
 
 
-def test_a_forced_override_is_not_lost():
+def test_a_forced_override_is_not_lost(table4):
     # It stands after what the block says, and the command recorded for the point gives it the same meaning.
     study = table4("++world.size=5", "task.goals=1")
     assert {planned.point.world for planned in study.plan} == {Torus(size=5)}
 
 
 @pytest.mark.parametrize("overrides", [(), ("world.size=5", "outputs=elsewhere"), ("task.trials=${task.goals}",)])
-def test_the_command_of_a_planned_point_makes_the_same_point(overrides: tuple[str, ...], composer: Composer):
+def test_the_command_of_a_planned_point_makes_the_same_point(table4, overrides: tuple[str, ...], composer: Composer):
     for planned in table4("task.goals=2", *overrides).plan:
         assert composer(planned.overrides).fingerprint == planned.fingerprint
 
 
-def test_settings_reach_the_study_and_the_command_of_every_point():
+def test_settings_reach_the_study_and_the_command_of_every_point(table4):
     study = table4("outputs=elsewhere", "threads=1", "world.size=5")
     assert (study.config.outputs, study.config.threads) == ("elsewhere", 1)
     assert all("outputs=elsewhere threads=1" in planned.command for planned in study.plan)
     assert all("outputs" not in planned.name for planned in study.plan)
 
 
-def test_commands_of_a_study():
+def test_commands_of_a_study(table4):
     study = table4("world.size=[4, 5]", "study=table4")
     assert study.command == "rl-design-space study=table4 'world.size=[4, 5]'"
     assert study.report_command == "rl-design-report table4 'world.size=[4, 5]'"
@@ -195,7 +197,7 @@ def test_a_study_that_does_not_exist_is_refused_with_those_that_do():
         load_study("table", ())
 
 
-def test_a_study_without_a_report_says_so():
+def test_a_study_without_a_report_says_so(table4):
     study = replace(table4("world.size=5"), config=OmegaConf.create({"study": {"blocks": {}}}))
     with pytest.raises(ConfigError, match="study table4: its file describes no report"):
         study.report()
