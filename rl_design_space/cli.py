@@ -22,7 +22,7 @@ _jobs = 0
 
 def main() -> None:
     """Run the application; errors that a user can mend are one message and exit status 2."""
-    from rl_design_space.sweep.study import check_arguments, split_arguments
+    from rl_design_space.sweep.arguments import check_arguments, split_arguments
 
     try:
         with shown_as_messages():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pkgutil import resolve_name
@@ -24,6 +25,11 @@ Built = TypeVar("Built")
 
 #: Keys of the config that are not part of a design point.
 SETTINGS = ("outputs", "threads", "tracking", "study", "hydra")
+
+
+def is_setting(override: str) -> bool:
+    """Whether an override concerns how points are run, not the points."""
+    return re.match(rf"[+~]*({'|'.join(SETTINGS)})(?=[./@=]|$)", override) is not None
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -55,10 +61,7 @@ def build_point(config: DictConfig) -> DesignPoint:
     for key in config:
         if key not in (*choices, *SETTINGS):
             raise ConfigError.unknown("key", str(key), [*choices, *SETTINGS])
-    parts = {}
-    for choice in choices:
-        parts[choice] = build_component(config, choice)
-    return _construct(DesignPoint, parts, choices)
+    return _construct(DesignPoint, {choice: build_component(config, choice) for choice in choices}, choices)
 
 
 def build_component(config: DictConfig, key: str) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from rl_design_space.design import DesignPoint
-from rl_design_space.sweep.build import SETTINGS
+from rl_design_space.sweep.build import is_setting
 from rl_design_space.sweep.describe import parameters
 from rl_design_space.sweep.fingerprint import fingerprint
 
@@ -44,7 +43,7 @@ class PlannedPoint:
     @property
     def name(self) -> str:
         """A short description: what was asked for beside the defaults."""
-        return " ".join(o for o in self.overrides if not re.match(rf"({'|'.join(SETTINGS)})\b", o)) or "defaults"
+        return " ".join(override for override in self.overrides if not is_setting(override)) or "defaults"
 
     @property
     def command(self) -> str:

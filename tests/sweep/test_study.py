@@ -11,9 +11,11 @@ from omegaconf import OmegaConf
 
 from rl_design_space.design import AdHoc, DesignPoint, Direction, Linear, Task, Torus
 from rl_design_space.errors import ConfigError
+from rl_design_space.sweep.arguments import split_arguments
 from rl_design_space.sweep.compose import Composer, shipped_config
+from rl_design_space.sweep.grid import expand
 from rl_design_space.sweep.plan import PlannedPoint
-from rl_design_space.sweep.study import Study, expand, load_study, plan_study, split_arguments
+from rl_design_space.sweep.study import Study, load_study, plan_study
 
 
 @pytest.fixture
