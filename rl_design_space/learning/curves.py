@@ -52,6 +52,7 @@ class LearningCurves:
         ratio: FloatArray = (self.steps / self.optimum[:, np.newaxis]).mean(axis=0)
         return ratio
 
+    @cached_property
     def curves(self) -> dict[str, FloatArray]:
         """Every learning curve by its name, each (trials,)."""
         q10, median, q90 = np.quantile(self.steps, (0.1, 0.5, 0.9), axis=0)

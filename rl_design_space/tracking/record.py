@@ -31,7 +31,7 @@ def metrics(
     curves: LearningCurves, scalars: dict[str, float], on_demand: Iterable[str]
 ) -> list[tuple[str, float, int]]:
     """Scalars at step 0 and learning curves at step = trial, as (name, value, step); only finite values."""
-    every = curves.curves()
+    every = curves.curves
     points = [(name, value, 0) for name, value in scalars.items()]
     for name in (*CURVES, *on_demand):
         points += [(name, value, trial) for trial, value in enumerate(every[name].tolist())]
@@ -49,7 +49,7 @@ def write_artifacts(folder: Path, planned: PlannedPoint, curves: LearningCurves)
         "steps": curves.steps.astype(width),
         "success": curves.success,
         "optimum": curves.optimum,
-        **{f"curve:{name}": values for name, values in curves.curves().items()},
+        **{f"curve:{name}": values for name, values in curves.curves.items()},
     }
     np.savez_compressed(folder / PERIODS_FILE, **arrays)
     text = yaml.safe_dump(resolved_config(planned.point), sort_keys=False, allow_unicode=True)

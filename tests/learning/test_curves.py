@@ -58,11 +58,11 @@ def test_scalars(name: str, expected: float):
     ],
 )
 def test_curves(name: str, expected: list[float]):
-    np.testing.assert_allclose(TWO_PERIODS.curves()[name], expected)
+    np.testing.assert_allclose(TWO_PERIODS.curves[name], expected)
 
 
 def test_there_are_no_other_names():
-    assert set(TWO_PERIODS.curves()) == {
+    assert set(TWO_PERIODS.curves) == {
         "steps/mean",
         "steps/median",
         "steps/q10",

@@ -111,7 +111,7 @@ def test_more_values_than_a_batch_may_hold_are_split_and_all_there(database: Pat
     assert max(batches) <= 1000
     for name in (*CURVES, *CURVES_ON_DEMAND):
         found = [metric.value for metric in client.get_metric_history(run_id, name)]
-        assert found == curves.curves()[name].tolist()
+        assert found == curves.curves[name].tolist()
     run = client.get_run(run_id)
     assert run.data.params == record.params(planned)
     assert curves.scalars((4, 4)).items() <= run.data.metrics.items()

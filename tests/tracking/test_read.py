@@ -23,7 +23,7 @@ def test_every_trial_of_every_period_comes_back(database: Path):
     np.testing.assert_array_equal(arrays["steps"], curves.steps)
     np.testing.assert_array_equal(arrays["success"], curves.success)
     np.testing.assert_array_equal(arrays["optimum"], curves.optimum)
-    for name, curve in curves.curves().items():
+    for name, curve in curves.curves.items():
         np.testing.assert_array_equal(arrays[name], curve)
 
 

@@ -94,7 +94,7 @@ def test_the_params_of_a_run_are_overrides_that_make_its_point(recorded: Recorde
 
 @pytest.mark.parametrize("name", [*CURVES, "epsilon", "steps/q90"])
 def test_a_curve_has_one_value_a_trial_from_trial_zero(name: str, recorded: Recorded):
-    expected = recorded.curves.curves()[name].tolist()
+    expected = recorded.curves.curves[name].tolist()
     assert recorded.history(name) == list(enumerate(expected))
     assert len(expected) == 100
 
@@ -166,7 +166,7 @@ def test_the_artifact_holds_every_trial_of_every_period(recorded: Recorded):
 def test_the_artifact_holds_every_curve(recorded: Recorded):
     arrays = record.read_periods(recorded.artifact("periods.npz"))
     assert set(arrays) == {"steps", "success", "optimum", *CURVES, *CURVES_ON_DEMAND}
-    for name, curve in recorded.curves.curves().items():
+    for name, curve in recorded.curves.curves.items():
         np.testing.assert_array_equal(arrays[name], curve)
 
 
