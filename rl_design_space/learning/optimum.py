@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from rl_design_space.learning.compiled import compiled_and_kept
 
 
 def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -27,7 +28,7 @@ def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> N
     return tours
 
 
-@njit(nogil=True, cache=True)
+@compiled_and_kept
 def _tours(next_cell, layout):
     """Breadth-first search for every leg; -1 where there is no way."""
     cells = next_cell.shape[1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter
 
@@ -12,15 +13,16 @@ from numpy.typing import NDArray
 from rl_design_space.design import DesignPoint, cell_count
 from rl_design_space.learning.curves import LearningCurves
 from rl_design_space.learning.kernel import learn
+from rl_design_space.learning.lanes import LANES, Lanes, empty_lanes
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.streams import behaviour_states, layouts
-from rl_design_space.learning.tables import learning_tables, observation_rows
+from rl_design_space.learning.tables import learning_tables, observation_codes
 
-#: Observation codes held at a time, per thread: periods in flight are cut so that memory grows with the world only.
+#: Observation codes made at a time, per thread, so that memory grows with the world only.
 _CODES_IN_FLIGHT = 250_000
-#: Shares of the periods that each of several threads gets, so that one with slow periods leaves no core idle for
-#: long; a share has this many periods at least, because each costs some time of its own.
-_SHARES_PER_THREAD, _PERIODS_PER_SHARE = 16, 8
+#: Bytes that the Q-matrices of all lanes of a thread may take to be learned side by side at full width: about what
+#: stays in a processor's cache; and what they may take at all.
+_CACHED_BYTES, _LARGEST_BYTES = 2**23, 2**28
 
 
 def available_threads() -> int:
@@ -46,27 +48,54 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
     generator = behaviour_states(point.seed, task.periods)
     steps = np.empty((task.periods, task.trials), dtype=np.int32)
     success = np.empty((task.periods, task.trials), dtype=np.bool_)
+    observations, n_actions = task.goals * cells, 4 * len(tables.lengths)
+    side_by_side = _side_by_side(task.periods, threads, bytes_each=8 * observations * n_actions)
+    shares = deque(_shares(task.periods, threads, side_by_side, observations))
 
-    def learn_share(share: slice) -> None:
-        learn_rows(share, *observation_rows(point, layout[share, 1:]))
+    none = np.empty((0, task.goals, cells), dtype=np.int64)
 
-    def learn_rows(share: slice, rows: NDArray[np.int32], n_rows: int) -> None:
-        q = np.empty((n_rows, 4 * len(tables.lengths)))
+    def learn_on(codes: NDArray[np.int64], first: int, lanes: Lanes, *, drain: bool) -> None:
         learn(
-            tables.next_cell, rows, layout[share], tables.threshold, tables.lengths, tables.rules,
-            generator[share], q, steps[share], success[share],
+            tables.next_cell, tables.lengths, tables.threshold, tables.rules, codes, first, layout, generator, lanes,
+            drain, steps, success,
         )  # fmt: skip
 
+    def learn_shares() -> None:
+        """Take up shares until none is left; their periods overlap, so that no lane is empty in between."""
+        lanes = empty_lanes(side_by_side, observations, n_actions)
+        try:
+            while shares:
+                share = shares.popleft()
+                learn_on(observation_codes(point, layout[share, 1:]), share.start, lanes, drain=False)
+            learn_on(none, 0, lanes, drain=True)
+        except BaseException:
+            shares.clear()
+            raise
+
     # No period at all: compiles, or loads what was compiled, outside the measured time.
-    learn_rows(slice(0, 0), np.empty((0, task.goals, cells), dtype=np.int32), 0)
+    learn_on(none, 0, empty_lanes(1, observations, n_actions), drain=True)
     started = perf_counter()
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(learn_share, _shares(task.periods, threads, codes_per_period=task.goals * cells)))
+        for learned in [pool.submit(learn_shares) for _ in range(threads)]:
+            learned.result()
     return LearningCurves(steps, success, optimum, tables.epsilon, seconds=perf_counter() - started)
 
 
-def _shares(periods: int, threads: int, codes_per_period: int) -> list[slice]:
-    """Cut the periods into shares that are learned one after the other or at the same time."""
-    even = periods if threads == 1 else max(_PERIODS_PER_SHARE, periods // (threads * _SHARES_PER_THREAD))
-    size = max(1, min(even, _CODES_IN_FLIGHT // codes_per_period))
-    return [slice(first, first + size) for first in range(0, periods, size)]
+def _side_by_side(periods: int, threads: int, bytes_each: int) -> int:
+    """How many periods each thread learns at a time."""
+    lanes = LANES if LANES * bytes_each <= _CACHED_BYTES else LANES // 2
+    return max(1, min(lanes, _LARGEST_BYTES // bytes_each, -(-periods // threads)))
+
+
+def _shares(periods: int, threads: int, side_by_side: int, codes_each: int) -> list[slice]:
+    """Cut the periods into shares for threads that take the next one whenever they have a free lane.
+
+    The last shares are small, so that all threads end at about the same time, however long single periods take.
+    """
+    shares, first = [], 0
+    while first < periods:
+        even = (periods - first) // threads if threads == 1 else (periods - first) // (2 * threads)
+        size = min(max(even, side_by_side), max(1, _CODES_IN_FLIGHT // codes_each))
+        shares.append(slice(first, min(first + size, periods)))
+        first += size
+    return shares

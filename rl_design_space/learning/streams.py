@@ -7,7 +7,6 @@ machinery used, because its output is guaranteed never to change between version
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
 from typing import TypeVar
 
@@ -15,21 +14,65 @@ import numpy as np
 from numpy.typing import NDArray
 
 Scalar = TypeVar("Scalar", bound=np.generic)
+Words = NDArray[np.uint32]
 
 _LAYOUT, _BEHAVIOUR = 0, 1
 
+# Constants of SeedSequence (NumPy's random/bit_generator.pyx).
+_INIT_A, _MULTIPLIER_A = 0x43B0D7E5, 0x931E8875
+_INIT_B, _MULTIPLIER_B = 0x8B51F9DD, 0x58F38DED
+_MIX_LEFT, _MIX_RIGHT = np.uint32(0xCA01F9DD), np.uint32(0x4973F715)
+_POOL = 4
+_32 = np.uint64(32)
 
-def _words(seed: int, period: int, stream: int, count: int) -> NDArray[np.uint64]:
-    return np.random.SeedSequence(seed, spawn_key=(period, stream)).generate_state(count, np.uint64).astype(np.uint64)
+
+def random_words(seed: int, stream: int, periods: int, count: int) -> NDArray[np.uint64]:
+    """Words of one stream of every period, (periods, count).
+
+    Those of period p are `SeedSequence(seed, spawn_key=(p, stream)).generate_state(count, np.uint64)`, computed for
+    all periods at once: one at a time they would take as long as the learning.
+    """
+    pool = np.tile(np.random.SeedSequence(seed).pool[:, np.newaxis], periods)
+    # The pool of the seed alone has taken one hash for every word of it and one for every pair of them.
+    constant = _INIT_A * pow(_MULTIPLIER_A, _POOL * _POOL, 2**32)
+    for key in (np.arange(periods, dtype=np.uint32), np.full(periods, stream, dtype=np.uint32)):
+        for at in range(_POOL):
+            hashed, constant = _hashed(key, constant, _MULTIPLIER_A)
+            mixed = pool[at] * _MIX_LEFT - hashed * _MIX_RIGHT
+            pool[at] = mixed ^ (mixed >> np.uint32(16))
+    halves = np.empty((2 * count, periods), dtype=np.uint64)
+    constant = _INIT_B
+    for at in range(2 * count):
+        halves[at], constant = _hashed(pool[at % _POOL], constant, _MULTIPLIER_B)
+    return np.ascontiguousarray((halves[::2] | (halves[1::2] << _32)).T)
 
 
-def _distinct(words: NDArray[np.uint64], cells: int) -> Iterator[int]:
-    """The first steps of a Fisher-Yates shuffle of the cells, one a word."""
-    moved: dict[int, int] = {}
-    for position, word in enumerate(words):
-        drawn = position + (int(word) * (cells - position) >> 64)
-        yield moved.get(drawn, drawn)
-        moved[drawn] = moved.get(position, position)
+def _hashed(words: Words, constant: int, multiplier: int) -> tuple[Words, int]:
+    """Words hashed as in SeedSequence, and the constant of the next hash."""
+    following = constant * multiplier % 2**32
+    product = (words ^ np.uint32(constant % 2**32)) * np.uint32(following)
+    return product ^ (product >> np.uint32(16)), following
+
+
+def _distinct(words: NDArray[np.uint64], cells: int) -> NDArray[np.int32]:
+    """The first steps of a Fisher-Yates shuffle of the cells, one a word: (periods, count), distinct in a row."""
+    shuffled = np.empty(words.shape, dtype=np.int32)
+    exchanged: list[tuple[NDArray[np.int32], NDArray[np.int32]]] = []
+
+    def content(places: NDArray[np.int32]) -> NDArray[np.int32]:
+        found = places
+        for place, moved_there in exchanged:
+            found = np.where(places == place, moved_there, found)
+        return found
+
+    for position, column in enumerate(words.T):
+        left = np.uint64(cells - position)
+        # The upper 64 bits of column · left.
+        drawn = ((column >> _32) * left + ((column & np.uint64(0xFFFFFFFF)) * left >> _32)) >> _32
+        places = position + drawn.astype(np.int32)
+        shuffled[:, position] = content(places)
+        exchanged.append((places, content(np.full_like(places, position))))
+    return shuffled
 
 
 @lru_cache(maxsize=32)
@@ -38,14 +81,13 @@ def layouts(seed: int, cells: int, n_goals: int, periods: int) -> NDArray[np.int
 
     With more goals, start and first goals of a period stay the same.
     """
-    rows = [list(_distinct(_words(seed, period, _LAYOUT, 1 + n_goals), cells)) for period in range(periods)]
-    return _frozen(np.array(rows, dtype=np.int32))
+    return _frozen(_distinct(random_words(seed, _LAYOUT, periods, 1 + n_goals), cells))
 
 
 @lru_cache(maxsize=32)
 def behaviour_states(seed: int, periods: int) -> NDArray[np.uint64]:
     """Initial state of every period's generator: (periods, 4) uint64, for xoshiro256++."""
-    return _frozen(np.array([_words(seed, period, _BEHAVIOUR, 4) for period in range(periods)]))
+    return _frozen(random_words(seed, _BEHAVIOUR, periods, 4))
 
 
 def _frozen(array: NDArray[Scalar]) -> NDArray[Scalar]:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray, IntArray
 from rl_design_space.design import DesignPoint, cell_count
-from rl_design_space.learning.kernel import COIN_SIDES, Rules
+from rl_design_space.learning.behaviour import COIN_SIDES
+from rl_design_space.learning.kernel import Rules
 
 
 class Tables(NamedTuple):
@@ -48,43 +49,22 @@ def learning_tables(point: DesignPoint) -> Tables:
     return Tables(next_cell, epsilon, threshold, lengths, _rules(point, rewards))
 
 
-def observation_rows(point: DesignPoint, goals: IntArray) -> tuple[NDArray[np.int32], int]:
-    """The rows of the Q-matrix that the agent sees in some periods.
+def observation_codes(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
+    """What the agent observes in some periods.
 
     Args:
         point: whose representation is used.
         goals: (periods, n_goals).
 
     Returns:
-        As `q_rows`.
+        (periods, n_goals, cells) int64 codes, contiguous, by success counter and cell.
 
     Raises:
         ValueError: the representation yields codes of the wrong shape, type or range.
     """
     codes = point.representation.observation(point.world, goals)
     _check("representation.observation()", codes, (*goals.shape, cell_count(point.world)), np.int64, 0, 2**63 - 1)
-    return q_rows(codes)
-
-
-def q_rows(codes: NDArray[np.int64]) -> tuple[NDArray[np.int32], int]:
-    """Number the observation codes that occur in a period 0, 1, 2, … in the order of their values.
-
-    A period meets at most n_goals · cells observations, however many codes there are.
-
-    Args:
-        codes: (periods, n_goals, cells).
-
-    Returns:
-        Rows of the Q-matrix, (periods, n_goals, cells) int32, and the largest number of rows of a period.
-    """
-    flat = codes.reshape(len(codes), -1)
-    order = np.argsort(flat, axis=1, kind="stable")
-    ordered = np.take_along_axis(flat, order, axis=1)
-    ranks = np.zeros(flat.shape, dtype=np.int32)
-    np.cumsum(ordered[:, 1:] != ordered[:, :-1], axis=1, out=ranks[:, 1:])
-    rows = np.empty_like(ranks)
-    np.put_along_axis(rows, order, ranks, axis=1)
-    return rows.reshape(codes.shape), int(ranks[:, -1].max()) + 1
+    return np.ascontiguousarray(codes)
 
 
 def _check(name: str, table: object, shape: tuple[int, ...], dtype: type[np.generic], low: Any, high: Any) -> None:

@@ -1,0 +1,71 @@
+"""What the agents of all lanes do next: ε-greedy on one 64-bit word a decision.
+
+The upper half of the word decides whether to explore, the lower half which action it is. Words come from
+xoshiro256++ (Blackman and Vigna, "Scrambled linear pseudorandom number generators", ACM TOMS 47, 2021).
+
+Both loops are written without branches and over plain columns, so that the compiler turns each into vector
+instructions that serve several lanes at a time.
+"""
+
+from __future__ import annotations
+
+from rl_design_space.learning.compiled import inlined
+from rl_design_space.learning.lanes import ACTION, LANES, S0, S1, S2, S3, THRESHOLD, WORD, index
+
+#: ε is compared in steps of 2^-32.
+COIN_SIDES = 2**32
+
+_0, _1, _32 = index(0), index(1), index(32)
+_LOW = index(0xFFFFFFFF)
+
+
+@inlined
+def _rotated(word, bits):
+    return (word << index(bits)) | (word >> index(64 - bits))
+
+
+@inlined
+def draw(numbers, running):
+    """One word of xoshiro256++ for every running lane."""
+    for lane in range(running):
+        s0, s1, s2, s3 = numbers[S0 + lane], numbers[S1 + lane], numbers[S2 + lane], numbers[S3 + lane]
+        numbers[WORD + lane] = _rotated(s0 + s3, 23) + s0
+        shifted = s1 << index(17)
+        s2 ^= s0
+        s3 ^= s1
+        s1 ^= s2
+        s0 ^= s3
+        numbers[S0 + lane], numbers[S1 + lane] = s0, s1
+        numbers[S2 + lane], numbers[S3 + lane] = s2 ^ shifted, _rotated(s3, 45)
+
+
+@inlined
+def choose(numbers, values, running, lengths, rules):
+    """The action that every running lane's word chooses among the values that the lane sees."""
+    n_actions = index(4 * len(lengths))
+    for lane in range(running):
+        word = numbers[WORD + lane]
+        lower = word & _LOW
+        best = values[lane]
+        for action in range(1, 4 * len(lengths)):
+            value = values[index(action * LANES) + lane]
+            best = value if value > best else best
+        count = _1
+        if not rules.first_maximum:
+            count = _0
+            for action in range(4 * len(lengths)):
+                count += index(values[index(action * LANES) + lane] >= best)
+        # The product's upper part draws one of `count` maxima; its lower part is still uniform for the next draw.
+        product = lower * count
+        skip = product >> _32
+        greedy = seen = _0
+        for action in range(4 * len(lengths)):
+            seen += index(values[index(action * LANES) + lane] >= best)
+            greedy += index(seen <= skip)
+        if rules.explore_all:
+            other = (lower * n_actions) >> _32
+        else:
+            other = ((product & _LOW) * (n_actions - _1)) >> _32
+            other += index(other >= greedy)
+        explores = (word >> _32) < numbers[THRESHOLD + lane]
+        numbers[ACTION + lane] = other if explores else greedy

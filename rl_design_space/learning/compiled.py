@@ -1,0 +1,115 @@
+"""Compiling with Numba, and keeping on disk what was compiled.
+
+Numba's own cache does not notice that a function in another file has changed, lets processes that compile at the
+same time overwrite each other's files, and ends the program where its folder cannot be used. So compiled code is kept
+in files named by a digest of everything that it depends on: it is there or it is not, and never old.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import sys
+import warnings
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+from uuid import uuid4
+
+import numba
+from numba import njit
+from numba.core.caching import FunctionCache
+from numba.core.serialize import dumps
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+#: A function that is called seldom enough to stay one in machine code.
+compiled = njit(nogil=True, error_model="numpy")
+#: A function that becomes part of the loop that calls it.
+inlined = njit(nogil=True, error_model="numpy", forceinline=True)
+
+
+def compiled_and_kept(function: Function) -> Function:
+    """Compile a function when it is first called, or load what an earlier process has compiled.
+
+    Where nothing can be kept, one warning says so, and every process compiles for itself.
+    """
+    dispatcher: Any = compiled(function)
+    if hasattr(dispatcher, "_cache"):  # not where compiling is switched off
+        try:
+            dispatcher._cache = _Kept(function)
+        except (OSError, RuntimeError) as error:
+            _warn(error)
+    kept: Function = dispatcher
+    return kept
+
+
+class _Kept(FunctionCache):  # type: ignore[misc]
+    """One file for each combination of argument types, processor, source code, and version of Numba and Python."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        target_context.refresh()
+        try:
+            return self._impl.rebuild(target_context, pickle.loads(self._path(sig, target_context).read_bytes()))
+        except FileNotFoundError:
+            return None
+        except Exception as error:  # whatever a damaged file leads to
+            return _warn(error)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            path = self._path(sig, data.target_context)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _write(path, dumps(self._impl.reduce(data)))
+            for other in path.parent.glob(f"{self._prefix}.*.nbc"):
+                if not other.name.startswith(f"{self._prefix}.{source_digest()}."):
+                    other.unlink(missing_ok=True)
+        except OSError as error:
+            _warn(error)
+
+    @property
+    def _prefix(self) -> str:
+        return f"{self._py_func.__module__}.{self._py_func.__qualname__}"
+
+    def _path(self, sig: Any, target_context: Any) -> Path:
+        parts = (self._index_key(sig, target_context.codegen()), numba.__version__, sys.implementation.cache_tag)
+        key = hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+        return Path(self.cache_path) / f"{self._prefix}.{source_digest()}.{key}.nbc"
+
+
+@cache
+def source_digest() -> str:
+    """A digest of all source files that compiled code is made of: those of this folder."""
+    found = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        found.update(path.name.encode() + path.read_bytes())
+    return found.hexdigest()[:16]
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Write a file so that it is there wholly or not at all."""
+    unfinished = path.with_name(f"{path.name}.{uuid4().hex}")
+    try:
+        unfinished.write_bytes(content)
+        unfinished.replace(path)
+    except BaseException:
+        unfinished.unlink(missing_ok=True)
+        raise
+
+
+@cache
+def _warnings_given() -> list[str]:
+    return []
+
+
+def _warn(reason: Exception) -> None:
+    """Say once in a process that compiled code is not kept, or cannot be used."""
+    if not _warnings_given():
+        _warnings_given().append(str(reason))
+        warnings.warn(
+            f"compiled code cannot be kept or loaded ({reason!r}); it is compiled anew, which takes some seconds at "
+            "every start. The environment variable NUMBA_CACHE_DIR names another folder for it.",
+            RuntimeWarning,
+            stacklevel=2,
+        )
