@@ -73,11 +73,15 @@ def encode(digits: IntArray, base: int, goals: ObservedGoals = "all") -> NDArray
         raise ValueError(
             f"task.goals={n_goals}: {base} values a goal make more codes than fit 64 bits; use fewer goals"
         )
-    weights = np.broadcast_to(base ** np.arange(n_goals, dtype=np.int64), (n_goals, n_goals))
+    places = base ** np.arange(n_goals, dtype=np.int64)[:, np.newaxis]
+    terms = digits * places
     if goals == "remaining":
-        weights = np.triu(weights)
+        # Summed from the last goal on: the sum from goal s on is that of the goals which remain at counter s.
+        spoken_of = np.cumsum(terms[..., ::-1, :], axis=-2)[..., ::-1, :]
+    else:
+        spoken_of = terms.sum(axis=-2, keepdims=True)
     counter = base**n_goals * np.arange(n_goals, dtype=np.int64)[:, np.newaxis]
-    codes: NDArray[np.int64] = weights @ digits.astype(np.int64) + counter
+    codes: NDArray[np.int64] = counter + spoken_of
     return codes
 
 

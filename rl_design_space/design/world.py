@@ -83,9 +83,13 @@ class _Grid(ABC):
 
     def offset(self, goals: IntArray) -> tuple[IntArray, IntArray]:
         width, height = self.shape
-        y, x = np.divmod(np.arange(width * height), width)
         goal_y, goal_x = np.divmod(np.asarray(goals)[..., np.newaxis], width)
-        return self._way(goal_x - x, width), self._way(goal_y - y, height)
+        # Each way is worked out once for a row or column of cells, and then spread over the grid.
+        way_x = self._way(goal_x - np.arange(width), width)[..., np.newaxis, :]
+        way_y = self._way(goal_y - np.arange(height), height)[..., :, np.newaxis]
+        grid = np.broadcast_shapes(way_x.shape, way_y.shape)
+        flat = (*grid[:-2], width * height)
+        return np.broadcast_to(way_x, grid).reshape(flat), np.broadcast_to(way_y, grid).reshape(flat)
 
     @abstractmethod
     def _inside(self, x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:

@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 from uuid import uuid4
 
 import numba
@@ -22,15 +22,13 @@ from numba import njit
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
-Function = TypeVar("Function", bound=Callable[..., Any])
-
 #: A function that is called seldom enough to stay one in machine code.
 compiled = njit(nogil=True, error_model="numpy")
 #: A function that becomes part of the loop that calls it.
 inlined = njit(nogil=True, error_model="numpy", forceinline=True)
 
 
-def compiled_and_kept(function: Function) -> Function:
+def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function when it is first called, or load what an earlier process has compiled.
 
     Where nothing can be kept, one warning says so, and every process compiles for itself.
@@ -41,8 +39,7 @@ def compiled_and_kept(function: Function) -> Function:
             dispatcher._cache = _Kept(function)
         except (OSError, RuntimeError) as error:
             _warn(error)
-    kept: Function = dispatcher
-    return kept
+    return dispatcher  # type: ignore[no-any-return]
 
 
 class _Kept(FunctionCache):  # type: ignore[misc]

@@ -216,15 +216,15 @@ def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
 
 
 @compiled
-def _begin_period(numbers, q, entries, lane, period, codes, layout, state, n_actions, initial_q, known_codes, known_rows):
+def _begin_period(lanes, lane, period, codes, layout, state, n_actions, initial_q):
     """Give a lane its next period, with a fresh Q-matrix."""
-    home = np.int64(numbers[HOME + lane])
-    first = home * q.shape[1]
-    n_rows = _enter(codes, layout, first, n_actions, entries[home], known_codes, known_rows)
-    q[home, : n_rows * n_actions] = initial_q
-    numbers[PERIOD + lane] = period
+    home = np.int64(lanes.numbers[HOME + lane])
+    first = home * lanes.q.shape[1]
+    n_rows = _enter(codes, layout, first, n_actions, lanes.entries[home], lanes.known_codes, lanes.known_rows)
+    lanes.q[home, : n_rows * n_actions] = initial_q
+    lanes.numbers[PERIOD + lane] = period
     for word in range(4):
-        numbers[S0 + index(word * LANES) + lane] = state[word]
+        lanes.numbers[S0 + index(word * LANES) + lane] = state[word]
 
 
 @compiled
@@ -280,27 +280,22 @@ def learn(next_cell, lengths, threshold, rules, observation, first, layout, gene
     n_actions = 4 * len(lengths)
     next_of = np.ascontiguousarray(next_cell.T).ravel()
     moves_of = np.array(lengths)
-    reward_of = np.array(
-        (rules.step_reward, rules.out_of_order_reward, rules.sub_goal_reward, rules.final_goal_reward)
-    )
+    reward_of = np.array((rules.step_reward, rules.out_of_order_reward, rules.sub_goal_reward, rules.final_goal_reward))
     # What a multi-step action has passed.
     rows = np.empty(moves_of.max() + 1, dtype=np.uint64)
     rewards = np.empty(moves_of.max(), dtype=np.float64)
-    numbers, values, known_codes, known_rows = lanes.numbers, lanes.values, lanes.known_codes, lanes.known_rows
-    q, entries = lanes.q.ravel(), lanes.entries.ravel()
+    numbers, values, q, entries = lanes.numbers, lanes.values, lanes.q.ravel(), lanes.entries.ravel()
     observations = index(n_goals * cells)
 
-    running = lanes.running[0]
+    running = int(lanes.running[0])
     begun = 0
     while True:
         while running < len(lanes.q) and begun < taken:
             period = first + begun
             codes = observation[begun].ravel()
-            _begin_period(
-                numbers, lanes.q, lanes.entries, running, period, codes, layout[period], generator[period], n_actions,
-                rules.initial_q, known_codes, known_rows,
-            )  # fmt: skip
-            start = layout[period, 0]
+            layout_of, state = layout[period], generator[period]
+            _begin_period(lanes, running, period, codes, layout_of, state, n_actions, rules.initial_q)
+            start = index(layout[period, 0])
             _begin_trial(numbers, values, q, entries, running, 0, start, threshold, observations, lengths)
             running += 1
             begun += 1
@@ -322,7 +317,7 @@ def learn(next_cell, lengths, threshold, rules, observation, first, layout, gene
             steps[period, trial] = numbers[MOVES + index(lane)]
             success[period, trial] = reached
             if trial + 1 < trials:
-                start = layout[period, 0]
+                start = index(layout[period, 0])
                 _begin_trial(numbers, values, q, entries, lane, trial + 1, start, threshold, observations, lengths)
                 lane += 1
             else:

@@ -18,8 +18,8 @@ from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.streams import behaviour_states, layouts
 from rl_design_space.learning.tables import learning_tables, observation_codes
 
-#: Observation codes made at a time, per thread, so that memory grows with the world only.
-_CODES_IN_FLIGHT = 250_000
+#: Observation codes made at a time, per thread: few enough to stay in the cache.
+_CODES_IN_FLIGHT = 2**15
 #: Bytes that the Q-matrices of all lanes of a thread may take to be learned side by side at full width: about what
 #: stays in a processor's cache; and what they may take at all.
 _CACHED_BYTES, _LARGEST_BYTES = 2**23, 2**28

@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from rl_design_space.design import DesignPoint, cell_count
-from rl_design_space.learning.kernel import COIN_SIDES, Rules, learn
+from rl_design_space.learning.behaviour import COIN_SIDES
+from rl_design_space.learning.kernel import Rules, learn
+from rl_design_space.learning.lanes import empty_lanes
 from rl_design_space.learning.streams import behaviour_states, layouts
-from rl_design_space.learning.tables import learning_tables, q_rows
+from rl_design_space.learning.tables import learning_tables, observation_codes
 
 #: The learner of a test that says nothing else of it: a Q-value becomes its undiscounted target.
 PLAIN = Rules(
@@ -59,30 +61,32 @@ def play(
     n_goals, cells = len(layout) - 1, next_cell.shape[1]
     if observation is None:
         observation = np.arange(n_goals * cells).reshape(n_goals, cells)
-    rows = np.asarray(observation, dtype=np.int32)[np.newaxis]
+    codes = np.asarray(observation, dtype=np.int64)[np.newaxis]
     threshold = np.full(trials, round(epsilon * COIN_SIDES), dtype=np.uint64)
-    return _learn(next_cell, rows, layout, threshold, lengths, PLAIN._replace(**rules), state)
+    return _learn(next_cell, codes, layout, threshold, lengths, PLAIN._replace(**rules), state)
 
 
 def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
     """Learn one period of a point; with the result come the observation codes of its Q-matrix, row by row."""
-    cells, n_goals = cell_count(point.world), point.task.goals
-    layout = layouts(point.seed, cells, n_goals, point.task.periods)[period]
-    codes = point.representation.observation(point.world, layout[np.newaxis, 1:])
-    rows, _ = q_rows(codes)
+    layout = layouts(point.seed, cell_count(point.world), point.task.goals, point.task.periods)[period]
+    codes = observation_codes(point, layout[np.newaxis, 1:])
     tables = learning_tables(point)
     state = behaviour_states(point.seed, point.task.periods)[period]
-    played = _learn(tables.next_cell, rows, layout, tables.threshold, tables.lengths, tables.rules, state)
+    played = _learn(tables.next_cell, codes, layout, tables.threshold, tables.lengths, tables.rules, state)
     return played, np.unique(codes)
 
 
-def _learn(next_cell, rows, layout, threshold, lengths, rules, state) -> Play:
+def _learn(next_cell, codes, layout, threshold, lengths, rules, state) -> Play:
     # Read-only as in a simulation: the learner is compiled anew for other types.
     generator, layout = np.array([state], dtype=np.uint64), np.array([layout], dtype=np.int32)
     generator.setflags(write=False)
     layout.setflags(write=False)
-    q = np.empty((rows.max() + 1, 4 * len(lengths)))
+    n_actions = 4 * len(lengths)
+    lanes = empty_lanes(1, codes.size, n_actions)
     steps = np.empty((1, len(threshold)), dtype=np.int32)
     success = np.empty((1, len(threshold)), dtype=np.bool_)
-    learn(next_cell, rows, layout, threshold, lengths, rules, generator, q, steps, success)
-    return Play(steps[0].tolist(), success[0].tolist(), q)
+    learn(next_cell, lengths, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success)
+    # The learner numbers rows as their codes occur; here they go by the codes' values.
+    _, occurs = np.unique(codes, return_index=True)
+    row_of = np.argsort(np.argsort(occurs))
+    return Play(steps[0].tolist(), success[0].tolist(), lanes.q.reshape(-1, n_actions)[row_of])

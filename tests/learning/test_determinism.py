@@ -74,7 +74,6 @@ def test_threads_do_not_matter(name: str, threads: int):
 def test_the_size_of_shares_does_not_matter(name: str, codes: int, monkeypatch: pytest.MonkeyPatch):
     expected = simulate(VARIANTS[name]).steps
     monkeypatch.setattr(simulation, "_CODES_IN_FLIGHT", codes)
-    monkeypatch.setattr(simulation, "_SHARES_PER_THREAD", 1)
     np.testing.assert_array_equal(simulate(VARIANTS[name], threads=1).steps, expected)
 
 

@@ -56,7 +56,7 @@ MISFITS = {
 def _no_learning(monkeypatch: pytest.MonkeyPatch) -> None:
     """A learner that got these tables would read and write anywhere: let it fail instead."""
 
-    def learn(next_cell, observation, *others):
+    def learn(next_cell, lengths, threshold, rules, observation, *others):
         assert len(observation) == 0, "a table that does not fit has reached the learner"
 
     monkeypatch.setattr(simulation, "learn", learn)

@@ -24,7 +24,7 @@ from rl_design_space.design import (
     Torus,
 )
 from rl_design_space.learning import simulate
-from rl_design_space.learning.kernel import COIN_SIDES
+from rl_design_space.learning.behaviour import COIN_SIDES
 from rl_design_space.learning.streams import layouts
 from tests.learning.plays import corridor, play, play_period, state_yielding, word_for
 
