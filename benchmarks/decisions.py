@@ -1,7 +1,7 @@
 """How many decisions a move takes when actions are several moves long.
 
 Learning curves count moves. So the kernel is run once more as plain Python, with the compiler switched off, and the
-actions that are executed are counted. It uses the same random numbers and makes the same moves as the compiled one,
+updates of executed actions are counted. It uses the same random numbers and makes the same moves as the compiled one,
 which is checked, so the count is exact for these periods; for others, it gives the mean number of decisions a move.
 """
 
@@ -49,15 +49,15 @@ def decisions_per_move(lengths: tuple[int, ...], periods: int, seed: int = 0) ->
 def _count(lengths: list[int], periods: int, seed: int) -> dict[str, object]:
     from rl_design_space.learning import kernel, simulate
 
-    act = kernel._act
+    keep = vars(kernel)["keep"]
     decisions = 0
 
-    def counted(*arguments: object) -> object:
+    def counted(numbers: object, reals: object, values: object, q: object, running: int, some_seen: bool) -> object:
         nonlocal decisions
-        decisions += 1
-        return act(*arguments)
+        decisions += running
+        return keep(numbers, reals, values, q, running, some_seen)
 
-    kernel._act = counted  # type: ignore[assignment]
+    vars(kernel)["keep"] = counted
     with warnings.catch_warnings():
         # 64-bit words overflow on purpose.
         warnings.simplefilter("ignore", RuntimeWarning)

@@ -59,7 +59,8 @@ def choose(numbers, values, running, lengths, rules):
         product = lower * count
         skip = product >> _32
         greedy = seen = _0
-        for action in range(4 * len(lengths)):
+        # The last action is the one that is left.
+        for action in range(4 * len(lengths) - 1):
             seen += index(values[index(action * LANES) + lane] >= best)
             greedy += index(seen <= skip)
         if rules.explore_all:

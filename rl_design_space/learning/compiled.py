@@ -39,10 +39,11 @@ def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:
             dispatcher._cache = _Kept(function)
         except (OSError, RuntimeError) as error:
             _warn(error)
-    return dispatcher  # type: ignore[no-any-return]
+    kept: Callable[..., Any] = dispatcher
+    return kept
 
 
-class _Kept(FunctionCache):  # type: ignore[misc]
+class _Kept(FunctionCache):
     """One file for each combination of argument types, processor, source code, and version of Numba and Python."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:

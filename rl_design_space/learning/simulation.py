@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from rl_design_space.design import DesignPoint, cell_count
 from rl_design_space.learning.curves import LearningCurves
 from rl_design_space.learning.kernel import learn
-from rl_design_space.learning.lanes import LANES, Lanes, empty_lanes
+from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.streams import behaviour_states, layouts
 from rl_design_space.learning.tables import learning_tables, observation_codes
 
-#: Observation codes made at a time, per thread: few enough to stay in the cache.
-_CODES_IN_FLIGHT = 2**15
-#: Bytes that the Q-matrices of all lanes of a thread may take to be learned side by side at full width: about what
-#: stays in a processor's cache; and what they may take at all.
-_CACHED_BYTES, _LARGEST_BYTES = 2**23, 2**28
+#: Observation codes made at a time, per thread: few enough to stay in the cache, and in memory that is used again.
+_CODES_IN_FLIGHT = 2**14
+#: Bytes that the Q-matrices of all lanes of a thread may take, so that they stay in a processor's cache; lanes that
+#: it takes even so, lest every decision wait for the last one; and bytes that they may take at all.
+_CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
 
 
 def available_threads() -> int:
@@ -62,7 +62,7 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
 
     def learn_shares() -> None:
         """Take up shares until none is left; their periods overlap, so that no lane is empty in between."""
-        lanes = empty_lanes(side_by_side, observations, n_actions)
+        lanes = empty_lanes(side_by_side, observations, tables.lengths)
         try:
             while shares:
                 share = shares.popleft()
@@ -73,7 +73,7 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
             raise
 
     # No period at all: compiles, or loads what was compiled, outside the measured time.
-    learn_on(none, 0, empty_lanes(1, observations, n_actions), drain=True)
+    learn_on(none, 0, empty_lanes(1, observations, tables.lengths), drain=True)
     started = perf_counter()
     with ThreadPoolExecutor(threads) as pool:
         for learned in [pool.submit(learn_shares) for _ in range(threads)]:
@@ -83,7 +83,8 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
 
 def _side_by_side(periods: int, threads: int, bytes_each: int) -> int:
     """How many periods each thread learns at a time."""
-    lanes = LANES if LANES * bytes_each <= _CACHED_BYTES else LANES // 2
+    cached = min(LANES, _CACHED_BYTES // bytes_each)
+    lanes = max(_ENOUGH_LANES, cached - cached % WIDTH)
     return max(1, min(lanes, _LARGEST_BYTES // bytes_each, -(-periods // threads)))
 
 

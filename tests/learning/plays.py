@@ -82,7 +82,7 @@ def _learn(next_cell, codes, layout, threshold, lengths, rules, state) -> Play:
     generator.setflags(write=False)
     layout.setflags(write=False)
     n_actions = 4 * len(lengths)
-    lanes = empty_lanes(1, codes.size, n_actions)
+    lanes = empty_lanes(1, codes.size, lengths)
     steps = np.empty((1, len(threshold)), dtype=np.int32)
     success = np.empty((1, len(threshold)), dtype=np.bool_)
     learn(next_cell, lengths, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success)

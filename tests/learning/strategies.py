@@ -77,7 +77,8 @@ def points(draw: st.DrawFn) -> DesignPoint:
     task = Task(
         goals=draw(st.integers(1, min(4, width * height - 1))),
         trials=draw(st.integers(1, 6)),
-        periods=draw(st.integers(1, 3)),
+        # Few and many side by side, and more than there are lanes.
+        periods=draw(st.integers(1, 3) | st.sampled_from([5, 9, 26])),
         max_steps=draw(st.integers(1, 60)),
     )
     return DesignPoint(

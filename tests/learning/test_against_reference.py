@@ -77,6 +77,14 @@ EXAMPLES = {
         learner=QLearning(explore="all", ties="first", out_of_order="zero", update="printed"),
     ),
     "walled_rectangle": replace(DEFAULT, world=Walled(size=(7, 3)), seed=2**64 - 1),
+    "more_periods_than_lanes": replace(DEFAULT, task=Task(periods=60, trials=8, goals=2), world=Torus(size=4)),
+    "more_periods_than_lanes_msa_2_3_5": replace(
+        DEFAULT,
+        task=Task(periods=60, trials=8, goals=2),
+        world=Torus(size=4),
+        representation=Direction(),
+        msa=MultiStepActions(lengths=(2, 3, 5)),
+    ),
     "capped": replace(DEFAULT, task=Task(periods=3, goals=2, max_steps=17), world=Torus(size=(6, 9))),
 }
 

@@ -29,6 +29,7 @@ from rl_design_space.design import (
     Walled,
 )
 from rl_design_space.learning import simulate, simulation
+from rl_design_space.learning.lanes import LANES
 from rl_design_space.learning.streams import behaviour_states, layouts
 from rl_design_space.learning.version import KERNEL_VERSION
 from tests.learning import strategies
@@ -75,6 +76,15 @@ def test_the_size_of_shares_does_not_matter(name: str, codes: int, monkeypatch: 
     expected = simulate(VARIANTS[name]).steps
     monkeypatch.setattr(simulation, "_CODES_IN_FLIGHT", codes)
     np.testing.assert_array_equal(simulate(VARIANTS[name], threads=1).steps, expected)
+
+
+@pytest.mark.parametrize("lanes", [1, 4, 5, 8, LANES])
+@pytest.mark.parametrize("name", VARIANTS)
+def test_how_many_are_learned_side_by_side_does_not_matter(name: str, lanes: int, monkeypatch: pytest.MonkeyPatch):
+    point = replace(VARIANTS[name], task=replace(VARIANTS[name].task, periods=2 * LANES + 1))
+    expected = simulate(point).steps
+    monkeypatch.setattr(simulation, "_side_by_side", lambda *_, **__: lanes)
+    np.testing.assert_array_equal(simulate(point, threads=1).steps, expected)
 
 
 def test_another_process_gets_the_same():

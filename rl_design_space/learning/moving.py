@@ -1,0 +1,120 @@
+"""What actions do: the agents of all lanes move, and look up what the Q-matrix says of where they have come to.
+
+These are the loops that jump about in memory. They do little else, so that the processor reaches far ahead and has
+the next lanes' rows on the way while it waits for this one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rl_design_space.learning.compiled import inlined
+from rl_design_space.learning.lanes import (
+    ACTION,
+    BEST,
+    CELL,
+    DISCOUNT,
+    ENTRY,
+    EXECUTED,
+    FINAL_GOAL,
+    KIND,
+    LANES,
+    MOVES,
+    OLD,
+    RETURN,
+    ROW,
+    STAGE,
+    SUB_GOAL,
+    index,
+)
+
+_0, _1, _2, _3, _4 = (index(number) for number in range(5))
+
+
+@inlined
+def _step(numbers, lane, next_of, entries):
+    """Make one move; returns the entry that it leads to."""
+    cell = index(next_of[(numbers[CELL + lane] << _2) + (numbers[ACTION + lane] & _3)])
+    entry = index(entries[numbers[STAGE + lane] + cell])
+    numbers[CELL + lane] = cell
+    numbers[ENTRY + lane] = entry
+    return entry
+
+
+@inlined
+def see(values, q, row, lane, lengths):
+    """Copy a row of the Q-matrix to where the lane's next decision looks."""
+    for action in range(4 * len(lengths)):
+        values[index(action * LANES) + lane] = q[row + index(action)]
+
+
+@inlined
+def maximum(q, row, n_actions):
+    """The largest value of a row of the Q-matrix, as a tree of comparisons: they are what an update waits for."""
+    best = max(max(q[row], q[row + _1]), max(q[row + _2], q[row + _3]))
+    for at in range(row + _4, row + n_actions, _4):
+        best = max(best, max(max(q[at], q[at + _1]), max(q[at + _2], q[at + _3])))
+    return best
+
+
+@inlined
+def move_once(numbers, reals, values, q, running, next_of, entries, lengths):
+    """Execute the chosen actions, all of which are one move long, and see where that leads."""
+    for place in range(running):
+        lane = index(place)
+        entry = _step(numbers, lane, next_of, entries)
+        reals[OLD + lane] = q[numbers[ROW + lane] + numbers[ACTION + lane]]
+        see(values, q, entry & ~KIND, lane, lengths)
+
+
+@inlined
+def sort_by_length(numbers, running, lengths, order):
+    """Order the lanes by how long their actions are: the processor foresees a loop that is as long as the last one."""
+    sorted_lanes = 0
+    for choice in range(len(lengths)):
+        for lane in range(running):
+            # A lane in the wrong place is overwritten by the next one.
+            order[sorted_lanes] = lane
+            sorted_lanes += int(numbers[ACTION + index(lane)] >> _2 == index(choice))
+
+
+@inlined
+def move_on(
+    numbers, reals, q, running, next_of, entries, lengths, moves_of, rules, reward_of, cells, passed, rewards, order
+):
+    """Execute the chosen actions move by move, in the order of `sort_by_length`: a goal counts wherever it is met."""
+    for place in range(running):
+        lane = index(order[place])
+        row, action, stage = numbers[ROW + lane], numbers[ACTION + lane], numbers[STAGE + lane]
+        cell = numbers[CELL + lane]
+        length = moves_of[action >> _2]
+        # The return of a multi-step action by the letter of the paper: one term too many, all with the first reward.
+        printed = (length > 1) & rules.printed_msa_reward
+        limit = min(length, rules.max_steps - np.int64(numbers[MOVES + lane]))
+        passed[lane] = row
+        executed = 0
+        entry = _0
+        gain = 0.0
+        discount = 1.0
+        going = True
+        while going:
+            cell = index(next_of[(cell << _2) + (action & _3)])
+            entry = index(entries[stage + cell])
+            kind = entry & KIND
+            reward = reward_of[kind]
+            rewards[index(executed * LANES) + lane] = reward
+            gain += discount * (rewards[lane] if printed else reward)
+            discount *= rules.gamma
+            stage += cells * (kind >> _1)
+            executed += 1
+            passed[index(executed * LANES) + lane] = entry ^ kind
+            ends = (kind == FINAL_GOAL) | (executed == limit)
+            going = not (ends | ((kind >= SUB_GOAL) & rules.stop_at_sub_goal))
+        numbers[CELL + lane] = cell
+        numbers[STAGE + lane] = stage
+        numbers[ENTRY + lane] = entry
+        numbers[EXECUTED + lane] = index(executed)
+        reals[RETURN + lane] = gain + discount * rewards[lane] if printed else gain
+        reals[DISCOUNT + lane] = discount
+        reals[OLD + lane] = q[row + action]
+        reals[BEST + lane] = maximum(q, entry & ~KIND, index(4 * len(lengths)))

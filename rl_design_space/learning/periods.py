@@ -1,0 +1,102 @@
+"""Taking up periods and trials: what a lane begins with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rl_design_space.learning.compiled import compiled
+from rl_design_space.learning.lanes import (
+    CELL,
+    FINAL_GOAL,
+    HOME,
+    KIND,
+    LANES,
+    MOVES,
+    OUT_OF_ORDER,
+    PERIOD,
+    ROW,
+    S0,
+    STAGE,
+    SUB_GOAL,
+    THRESHOLD,
+    TRIAL,
+    index,
+)
+from rl_design_space.learning.moving import see
+
+
+@compiled
+def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
+    """Fill a lane's entries; returns how many rows its Q-matrix has.
+
+    A period meets at most n_goals · cells observations, however many codes there are. Their rows are numbered in the
+    order in which the codes first occur.
+    """
+    mask = len(known_rows) - 1
+    bits = 0
+    while mask >> bits:
+        bits += 1
+    known_rows[:] = -1
+    n_rows = 0
+    for at in range(len(codes)):
+        code = codes[at]
+        # Codes that follow each other get places that do.
+        slot = (code + (code >> bits) * 0x9E3779B1) & mask
+        while known_rows[slot] >= 0 and known_codes[slot] != code:
+            slot = (slot + 1) & mask
+        if known_rows[slot] < 0:
+            known_rows[slot] = n_rows
+            known_codes[slot] = code
+            n_rows += 1
+        entries[at] = first + known_rows[slot] * n_actions
+
+    n_goals = len(layout) - 1
+    cells = len(codes) // n_goals
+    for reached in range(n_goals):
+        for goal in range(n_goals):
+            at = reached * cells + layout[1 + goal]
+            if goal != reached:
+                entries[at] |= OUT_OF_ORDER
+            elif goal < n_goals - 1:
+                # What is seen there is seen with the success counter already raised.
+                entries[at] = entries[at + cells] | SUB_GOAL
+            else:
+                entries[at] |= FINAL_GOAL
+    return n_rows
+
+
+@compiled
+def begin_period(lanes, lane, period, codes, layout, state, n_actions, initial_q):
+    """Give a lane its next period, with a fresh Q-matrix."""
+    home = np.int64(lanes.numbers[HOME + lane])
+    first = home * lanes.q.shape[1]
+    n_rows = _enter(codes, layout, first, n_actions, lanes.entries[home], lanes.known_codes, lanes.known_rows)
+    lanes.q[home, : n_rows * n_actions] = initial_q
+    lanes.numbers[PERIOD + lane] = period
+    for word in range(4):
+        lanes.numbers[S0 + index(word * LANES) + lane] = state[word]
+
+
+@compiled
+def begin_trial(numbers, values, q, entries, lane, trial, start, threshold, observations, lengths):
+    """Put a lane's agent back to the start."""
+    stage = numbers[HOME + lane] * observations
+    entry = index(entries[stage + start])
+    numbers[TRIAL + lane] = trial
+    numbers[THRESHOLD + lane] = threshold[trial]
+    numbers[CELL + lane] = start
+    numbers[STAGE + lane] = stage
+    numbers[MOVES + lane] = 0
+    numbers[ROW + lane] = entry & ~KIND
+    see(values, q, numbers[ROW + lane], lane, lengths)
+
+
+@compiled
+def swap(numbers, values, lane, last):
+    """Let two lanes change places."""
+    columns = numbers.reshape(-1, LANES)
+    for column in range(len(columns)):
+        columns[column, lane], columns[column, last] = columns[column, last], columns[column, lane]
+    seen = values.reshape(-1, LANES)
+    for action in range(len(seen)):
+        seen[action, lane], seen[action, last] = seen[action, last], seen[action, lane]

@@ -1,0 +1,123 @@
+"""What is learned from an action: one-step Q-learning, and the propagation of multi-step actions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rl_design_space.learning.compiled import inlined
+from rl_design_space.learning.lanes import (
+    ACTION,
+    BEST,
+    DISCOUNT,
+    ENDED,
+    ENTRY,
+    EXECUTED,
+    FINAL_GOAL,
+    KIND,
+    LANES,
+    MOVES,
+    NEW,
+    OLD,
+    OUT_OF_ORDER,
+    RETURN,
+    ROW,
+    SEEN,
+    STAGE,
+    SUB_GOAL,
+    UPDATED,
+    index,
+)
+from rl_design_space.learning.moving import maximum, see
+
+_0, _1, _2, _3 = (index(number) for number in range(4))
+
+
+@inlined
+def _updated(old, gain, discount, best_next, rules):
+    """A Q-value moved towards gain + discount · best_next."""
+    if rules.printed_update:
+        return old + rules.alpha * (gain + discount * (best_next - old))
+    return old + rules.alpha * (gain + discount * best_next - old)
+
+
+@inlined
+def update(numbers, reals, values, running, cells, lengths, rules):
+    """Work out the chosen actions' new Q-values, and what the agents' next state is.
+
+    The best value of the next state is that from before this update. The last state bootstraps unless it is terminal;
+    the one at the step cap is not.
+
+    Returns:
+        Whether any trial has ended, and whether any update has changed a value that an agent sees now.
+    """
+    some_ended = some_seen = _0
+    for lane in range(running):
+        entry, row, action = numbers[ENTRY + lane], numbers[ROW + lane], numbers[ACTION + lane]
+        kind = entry & KIND
+        terminal = kind == FINAL_GOAL
+        if len(lengths) == 1:
+            best_next = values[lane]
+            for other in range(1, 4 * len(lengths)):
+                value = values[index(other * LANES) + lane]
+                best_next = value if value > best_next else best_next
+            gain = rules.step_reward
+            gain = rules.out_of_order_reward if kind == OUT_OF_ORDER else gain
+            gain = rules.sub_goal_reward if kind == SUB_GOAL else gain
+            gain = rules.final_goal_reward if terminal else gain
+            discount, made = rules.gamma, _1
+            # Without a condition: a store that depends on one is no vector instruction.
+            numbers[STAGE + lane] += cells & (_0 - (kind >> _1))
+        else:
+            best_next, made = reals[BEST + lane], numbers[EXECUTED + lane]
+            gain, discount = reals[RETURN + lane], reals[DISCOUNT + lane]
+        best_next = 0.0 if terminal else best_next
+        reals[NEW + lane] = _updated(reals[OLD + lane], gain, discount, best_next, rules)
+
+        next_row = entry ^ kind
+        same = next_row == row
+        numbers[UPDATED + lane] = row + action
+        numbers[SEEN + lane] = action if same else index(4 * len(lengths))
+        numbers[ROW + lane] = next_row
+        moves = numbers[MOVES + lane] + made
+        ended = index(terminal | (moves == index(rules.max_steps)))
+        numbers[MOVES + lane] = moves
+        numbers[ENDED + lane] = ended
+        some_ended |= ended
+        some_seen |= index(same)
+    return some_ended != _0, some_seen != _0
+
+
+@inlined
+def keep(numbers, reals, values, q, running, some_seen):
+    """Write the new Q-values into the Q-matrices, and where agents see them."""
+    for lane in range(running):
+        q[numbers[UPDATED + index(lane)]] = reals[NEW + index(lane)]
+    if some_seen:
+        for lane in range(running):
+            values[numbers[SEEN + index(lane)] * index(LANES) + index(lane)] = reals[NEW + index(lane)]
+
+
+@inlined
+def propagate(numbers, values, q, running, lengths, moves_of, rules, passed, rewards, order):
+    """Let the shorter actions contained in executed ones learn from the cells that these passed, in order of time."""
+    n_actions = index(4 * len(lengths))
+    for place in range(running):
+        lane = index(order[place])
+        action, executed = numbers[ACTION + lane], np.int64(numbers[EXECUTED + lane])
+        terminal = numbers[ENTRY + lane] & KIND == FINAL_GOAL
+        length = moves_of[action >> _2]
+        for choice in range(rules.propagated_lengths):
+            shorter = moves_of[choice]
+            times = executed - shorter + 1 if shorter < length else 0
+            for first in range(times):
+                last = first + shorter
+                gain = 0.0
+                discount = 1.0
+                for at in range(first, last):
+                    gain += discount * rewards[index(at * LANES) + lane]
+                    discount *= rules.gamma
+                best_next = maximum(q, passed[index(last * LANES) + lane], n_actions)
+                best_next = 0.0 if terminal & (last == executed) else best_next
+                at = passed[index(first * LANES) + lane] + (action & _3) + index(4 * choice)
+                q[at] = _updated(q[at], gain, discount, best_next, rules)
+        see(values, q, numbers[ROW + lane], lane, lengths)

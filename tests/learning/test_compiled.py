@@ -1,0 +1,138 @@
+"""What was compiled is kept, used again, and never used once it is old; where it cannot be kept, learning goes on."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[2] / "rl_design_space"
+
+# A tour of two moves along a corridor, and how many signatures were compiled rather than loaded.
+PROGRAM = """
+import numpy as np
+from rl_design_space.learning import optimum
+corridor = np.array([[1, 2, 2], [0, 0, 1], [0, 1, 2], [0, 1, 2]], dtype=np.int32)
+tours = optimum.shortest_tours(corridor, np.array([[0, 2]], dtype=np.int32))
+print(tours.tolist(), sum(optimum._tours.stats.cache_misses.values()))
+"""
+COMPILED, LOADED = "[2] 1", "[2] 0"
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    """A folder with a copy of the package, to be changed."""
+    shutil.copytree(PACKAGE, tmp_path / PACKAGE.name, ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+@pytest.fixture
+def cache(tmp_path: Path) -> Path:
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def run(root: Path, cache: Path) -> Run:
+    """Run a program with the copied package and a compilation cache of its own."""
+    return lambda program=PROGRAM, folder=cache: _finished(_started(program, root, folder))
+
+
+def _started(program: str, root: Path, cache: Path) -> subprocess.Popen[str]:
+    environment = {**os.environ, "PYTHONPATH": str(root), "NUMBA_CACHE_DIR": str(cache)}
+    return subprocess.Popen(
+        [sys.executable, "-c", program],
+        cwd=root, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def _finished(process: subprocess.Popen[str]) -> subprocess.CompletedProcess[str]:
+    output, errors = process.communicate()
+    assert process.returncode == 0, errors
+    return subprocess.CompletedProcess(process.args, process.returncode, output.strip(), errors)
+
+
+def kept(cache: Path) -> set[Path]:
+    return {path for path in cache.rglob("*") if path.is_file()}
+
+
+def test_another_process_loads_what_was_compiled(run: Run, cache: Path):
+    assert run().stdout == COMPILED
+    files = kept(cache)
+    assert len(files) == 1
+    again = run()
+    assert (again.stdout, again.stderr, kept(cache)) == (LOADED, "", files)
+
+
+def test_what_was_compiled_from_other_source_is_not_used_and_goes(run: Run, cache: Path, root: Path):
+    run()
+    old = kept(cache)
+    source = root / PACKAGE.name / "learning" / "optimum.py"
+    text = source.read_text().replace("distance[cell] + 1", "distance[cell] + 10")
+    assert text != source.read_text()
+    source.write_text(text)
+    assert run().stdout == "[20] 1"
+    assert len(kept(cache)) == 1
+    assert not kept(cache) & old
+
+
+def test_a_change_in_a_file_that_the_function_calls_counts_too(run: Run, cache: Path, root: Path):
+    run()
+    with (root / PACKAGE.name / "learning" / "behaviour.py").open("a") as helper:
+        helper.write("# Another version.\n")
+    assert run().stdout == COMPILED
+
+
+def test_a_missing_folder_is_made(run: Run, tmp_path: Path):
+    folder = tmp_path / "not" / "yet"
+    assert run(folder=folder).stdout == COMPILED
+    assert run(folder=folder).stdout == LOADED
+
+
+@pytest.fixture
+def nowhere(tmp_path: Path) -> Path:
+    """A folder that cannot be. Not by permissions: they do not keep out a superuser, whom containers often run as."""
+    (tmp_path / "file").write_text("")
+    return tmp_path / "file" / "folder"
+
+
+def test_a_folder_that_cannot_be_used_is_replaced_by_the_next_to_the_source(run: Run, root: Path, nowhere: Path):
+    assert run(folder=nowhere).stdout == COMPILED
+    assert run(folder=nowhere).stdout == LOADED
+    assert list((root / PACKAGE.name / "learning" / "__pycache__").glob("*.nbc"))
+
+
+def test_without_any_folder_one_warning_is_given(run: Run, root: Path, nowhere: Path, monkeypatch: pytest.MonkeyPatch):
+    (root / PACKAGE.name / "learning" / "__pycache__").write_text("")
+    monkeypatch.setenv("HOME", str(nowhere))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(nowhere))
+    # Both functions that are kept, the learner and the optimum.
+    finished = run("import rl_design_space.learning.kernel\n" + PROGRAM, nowhere)
+    assert finished.stdout.startswith("[2]")
+    assert finished.stderr.count("RuntimeWarning") == 1
+    assert "NUMBA_CACHE_DIR" in finished.stderr
+
+
+def test_a_damaged_file_gives_a_warning_and_is_mended(run: Run, cache: Path):
+    run()
+    (file,) = kept(cache)
+    file.write_bytes(file.read_bytes()[:100])
+    finished = run()
+    assert finished.stdout == COMPILED
+    assert finished.stderr.count("RuntimeWarning") == 1
+    assert run().stdout == LOADED
+
+
+def test_processes_that_compile_at_once_do_not_disturb_each_other(root: Path, cache: Path):
+    processes = [_started(PROGRAM, root, cache) for _ in range(3)]
+    for process in processes:
+        finished = _finished(process)
+        assert finished.stdout in (COMPILED, LOADED)
+        assert finished.stderr == ""
+    assert len(kept(cache)) == 1
