@@ -76,7 +76,9 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
     learn_on(none, 0, empty_lanes(1, observations, tables.lengths), drain=True)
     started = perf_counter()
     with ThreadPoolExecutor(threads) as pool:
-        for learned in [pool.submit(learn_shares) for _ in range(threads)]:
+        others = [pool.submit(learn_shares) for _ in range(threads - 1)]
+        learn_shares()
+        for learned in others:
             learned.result()
     return LearningCurves(steps, success, optimum, tables.epsilon, seconds=perf_counter() - started)
 
