@@ -72,7 +72,7 @@ def _check(name: str, table: object, shape: tuple[int, ...], dtype: type[np.gene
     if not isinstance(table, np.ndarray) or table.shape != shape or table.dtype != dtype:
         found = f"{table.dtype} of shape {table.shape}" if isinstance(table, np.ndarray) else type(table).__name__
         raise ValueError(f"{wanted}, not {found}")
-    if not ((table >= low) & (table <= high)).all():
+    if not (table.min() >= low and table.max() <= high):  # no number at all is neither
         raise ValueError(f"{wanted}, all from {low} to {high}; it gives {table.min()} to {table.max()}")
 
 
