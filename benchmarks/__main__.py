@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks import scaling, scaling_plot, start
+from benchmarks import roofline, scaling, scaling_plot, start
 from benchmarks.client import ROOT
 from benchmarks.peers import PEERS
 from benchmarks.race import Setting, race
@@ -28,7 +28,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few rounds: shows that all works, times are rough")
-    parser.add_argument("--only", choices=PARTS, help="one part of the three")
+    parser.add_argument("--only", choices=PARTS, help="one part of the four")
     parser.add_argument("--outputs", type=Path, default=ROOT / "outputs" / "benchmarks", help="folder for the results")
     parser.add_argument("--rounds", type=int, help="timed rounds of every part")
     parser.add_argument("--peers", nargs="+", default=PEERS, metavar="NAME", help=f"of {', '.join(PEERS)}")
@@ -70,7 +70,15 @@ def _start(chosen: argparse.Namespace) -> int:
     return 0
 
 
-PARTS = {"race": _race, "scaling": _scaling, "start": _start}
+def _roofline(chosen: argparse.Namespace) -> int:
+    results = Results(chosen.outputs, "roofline", "Where the time of a step goes")
+    calls = roofline.measure(chosen.rounds or (2 if chosen.quick else 11), console.print)
+    frame = roofline.summary(calls)
+    results.save(frame, roofline.text_of(frame), calls)
+    return 0
+
+
+PARTS = {"race": _race, "scaling": _scaling, "start": _start, "roofline": _roofline}
 
 if __name__ == "__main__":
     sys.exit(main())

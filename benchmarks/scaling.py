@@ -21,13 +21,14 @@ from benchmarks.peers import Missing, load, ours
 from benchmarks.tables import spread
 from rl_design_space import DesignPoint, simulate
 from rl_design_space.design import AdHoc, Direct, Direction, Distance, Linear, Representation, Task, Torus
+from rl_design_space.learning.lanes import LANES
 from rl_design_space.learning.simulation import available_threads
 from rl_design_space.learning.streams import layouts
 
 OURS, TEXTBOOK = ours.TITLE, "C, textbook"
 #: What varies within a panel; its first value is the base of the ratios.
 WORLD, PERIODS, REPRESENTATION = "side of the world", "periods", "representation"
-ACTIONS, THREADS = "actions", "threads"
+ACTIONS, ACTIONS_BY_STEP, THREADS = "actions", "actions, by the step", "threads"
 
 SIDES = (10, 20, 30, 50, 100)
 PERIOD_COUNTS = (1, 3, 10, 30, 100, 500, 2000)
@@ -64,12 +65,12 @@ def cases(periods: int, counted_periods: int) -> list[Case]:
     """Everything that is measured.
 
     Args:
-        periods: of a call on 10×10; on larger worlds fewer, for about as many steps.
+        periods: of a call on 10×10; on larger worlds fewer, for about as many steps, but enough for lanes to be full.
         counted_periods: on which decisions are counted.
     """
     everything = []
     for side in SIDES:
-        job, count = Job(side=side), max(2, round(periods * (SIDES[0] / side) ** 2))
+        job, count = Job(side=side), max(2 * LANES, round(periods * (SIDES[0] / side) ** 2))
         everything += [Case(WORLD, line, side, "step", run) for line, run in _same_job(job, count)]
     for count in (count for count in PERIOD_COUNTS if count <= 4 * periods):
         everything += [Case(PERIODS, line, count, "step", run) for line, run in _same_job(Job(), count)]
@@ -77,7 +78,9 @@ def cases(periods: int, counted_periods: int) -> list[Case]:
         everything.append(Case(REPRESENTATION, OURS, name, "step", _ours(_represented(representation, periods))))
     for actions, lengths in MSA_SETS.items():
         share = decisions_per_move(lengths, counted_periods)
-        everything.append(Case(ACTIONS, OURS, actions, "decision", _ours(_with_msa(lengths, periods), share=share)))
+        msa = _with_msa(lengths, periods)
+        everything.append(Case(ACTIONS, OURS, actions, "decision", _ours(msa, share=share)))
+        everything.append(Case(ACTIONS_BY_STEP, OURS, actions, "step", _ours(msa)))
     for threads in range(1, min(2, available_threads()) + 1):
         run = _ours(_represented(AdHoc(), 4 * periods), threads)
         everything.append(Case(THREADS, OURS, threads, "step", run, free=True))
