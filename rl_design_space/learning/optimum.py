@@ -30,29 +30,36 @@ def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> N
 
 @compiled_and_kept
 def _tours(next_cell, layout):
-    """Breadth-first search for every leg; -1 where there is no way."""
+    """Breadth-first search from every cell that a leg begins at, for all its legs at once; -1 where there is no way."""
     cells = next_cell.shape[1]
+    legs = layout.shape[1] - 1
+    sources, targets = layout[:, :-1].copy().ravel(), layout[:, 1:].copy().ravel()
+    order = np.argsort(sources)
     distance = np.empty(cells, dtype=np.int32)
     queue = np.empty(cells, dtype=np.int32)
-    tours = np.zeros(layout.shape[0], dtype=np.int32)
-    for period in range(layout.shape[0]):
-        for leg in range(layout.shape[1] - 1):
-            target = layout[period, leg + 1]
+    tours = np.zeros(len(layout), dtype=np.int32)
+    searched = -1
+    head = tail = 0
+    for leg in order:
+        if sources[leg] != searched:
+            searched = sources[leg]
             distance[:] = -1
-            distance[layout[period, leg]] = 0
-            queue[0] = layout[period, leg]
+            distance[searched] = 0
+            queue[0] = searched
             head, tail = 0, 1
-            while head < tail and distance[target] < 0:
-                cell = queue[head]
-                head += 1
-                for move in range(4):
-                    neighbour = next_cell[move, cell]
-                    if distance[neighbour] < 0:
-                        distance[neighbour] = distance[cell] + 1
-                        queue[tail] = neighbour
-                        tail += 1
-            if distance[target] < 0:
-                tours[period] = -1
-                break
-            tours[period] += distance[target]
+        # The search goes on where the last leg from here has left it.
+        while head < tail and distance[targets[leg]] < 0:
+            cell = queue[head]
+            head += 1
+            for move in range(4):
+                neighbour = next_cell[move, cell]
+                if distance[neighbour] < 0:
+                    distance[neighbour] = distance[cell] + 1
+                    queue[tail] = neighbour
+                    tail += 1
+        tour = leg // legs
+        if distance[targets[leg]] < 0:
+            tours[tour] = -1
+        elif tours[tour] >= 0:
+            tours[tour] += distance[targets[leg]]
     return tours
