@@ -127,6 +127,10 @@ class Distance:
         return sum(world.reach) + 1
 
 
+#: Digits of directions; a byte each, because a simulation makes millions of them.
+_HERE, _RIGHT, _LEFT, _ABOVE, _BELOW = (np.int8(digit) for digit in range(5))
+
+
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Direction:
     """Direction from the agent to the goals (here, right, left, above, below) and the success counter.
@@ -144,10 +148,10 @@ class Direction:
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         x, y = world.offset(goals)
         horizontal = np.abs(x) >= np.abs(y) if self.rule == "dominant_axis" else x != 0
-        along_x = np.where(x > 0, 1, 2)
-        along_y = np.where(y > 0, 4, 3)
+        along_x = np.where(x > 0, _RIGHT, _LEFT)
+        along_y = np.where(y > 0, _BELOW, _ABOVE)
         here = (x == 0) & (y == 0)
-        return encode(np.where(here, 0, np.where(horizontal, along_x, along_y)), 5, self.goals)
+        return encode(np.where(here, _HERE, np.where(horizontal, along_x, along_y)), 5, self.goals)
 
     def published_size(self, world: World, n_goals: int) -> int:
         return int(5**n_goals * n_goals)
