@@ -64,8 +64,7 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
         """Take up shares until none is left; their periods overlap, so that no lane is empty in between."""
         lanes = empty_lanes(side_by_side, observations, tables.lengths)
         try:
-            while shares:
-                share = shares.popleft()
+            while (share := _next(shares)) is not None:
                 learn_on(observation_codes(point, layout[share, 1:]), share.start, lanes, drain=False)
             learn_on(none, 0, lanes, drain=True)
         except BaseException:
@@ -83,6 +82,14 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
     return LearningCurves(steps, success, optimum, tables.epsilon, seconds=perf_counter() - started)
 
 
+def _next(shares: deque[slice]) -> slice | None:
+    """Take a share; asking first whether there is one would let another thread take it in between."""
+    try:
+        return shares.popleft()
+    except IndexError:
+        return None
+
+
 def _side_by_side(periods: int, threads: int, bytes_each: int) -> int:
     """How many periods each thread learns at a time."""
     cached = min(LANES, _CACHED_BYTES // bytes_each)
@@ -97,7 +104,7 @@ def _shares(periods: int, threads: int, side_by_side: int, codes_each: int) -> l
     """
     shares, first = [], 0
     while first < periods:
-        even = (periods - first) // threads if threads == 1 else (periods - first) // (2 * threads)
+        even = (periods - first) // (2 * threads if threads > 1 else 1)
         size = min(max(even, side_by_side), max(1, _CODES_IN_FLIGHT // codes_each))
         shares.append(slice(first, min(first + size, periods)))
         first += size
