@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from types import ModuleType
 
 from benchmarks import roofline, scaling, scaling_plot, start
 from benchmarks.client import ROOT
@@ -62,23 +65,21 @@ def _scaling(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def _start(chosen: argparse.Namespace) -> int:
-    results = Results(chosen.outputs, "start", "From the command to the first result")
-    calls = start.measure(chosen.rounds or (2 if chosen.quick else 9), console.print)
-    frame = start.summary(calls)
-    results.save(frame, start.text_of(frame), calls)
+def _part(name: str, module: ModuleType, title: str, chosen: argparse.Namespace) -> int:
+    """A part that is nothing but measuring and a table."""
+    results = Results(chosen.outputs, name, title)
+    calls = module.measure(chosen.rounds or (2 if chosen.quick else 9), console.print)
+    frame = module.summary(calls)
+    results.save(frame, module.text_of(frame), calls)
     return 0
 
 
-def _roofline(chosen: argparse.Namespace) -> int:
-    results = Results(chosen.outputs, "roofline", "Where the time of a step goes")
-    calls = roofline.measure(chosen.rounds or (2 if chosen.quick else 11), console.print)
-    frame = roofline.summary(calls)
-    results.save(frame, roofline.text_of(frame), calls)
-    return 0
-
-
-PARTS = {"race": _race, "scaling": _scaling, "start": _start, "roofline": _roofline}
+PARTS: dict[str, Callable[[argparse.Namespace], int]] = {
+    "race": _race,
+    "scaling": _scaling,
+    "start": partial(_part, "start", start, "From the command to the first result"),
+    "roofline": partial(_part, "roofline", roofline, "Where the time of a step goes"),
+}
 
 if __name__ == "__main__":
     sys.exit(main())
