@@ -85,8 +85,8 @@ class _Grid(ABC):
         width, height = self.shape
         goal_y, goal_x = np.divmod(np.asarray(goals)[..., np.newaxis], width)
         # Each way is worked out once for a row or column of cells, and then spread over the grid.
-        way_x = self._way(goal_x - np.arange(width), width).astype(np.int32)[..., np.newaxis, :]
-        way_y = self._way(goal_y - np.arange(height), height).astype(np.int32)[..., :, np.newaxis]
+        way_x = self._way(goal_x - np.arange(width), width)[..., np.newaxis, :]
+        way_y = self._way(goal_y - np.arange(height), height)[..., :, np.newaxis]
         grid = np.broadcast_shapes(way_x.shape, way_y.shape)
         flat = (*grid[:-2], width * height)
         return np.broadcast_to(way_x, grid).reshape(flat), np.broadcast_to(way_y, grid).reshape(flat)

@@ -19,7 +19,7 @@ from rl_design_space.learning.streams import behaviour_states, layouts
 from rl_design_space.learning.tables import learning_tables, observation_codes
 
 #: Observation codes made at a time, per thread: few enough to stay in the cache, enough that a call is worth its cost.
-_CODES_IN_FLIGHT = 48_000
+_CODES_IN_FLIGHT = 24_000
 #: Bytes that the Q-matrices of all lanes of a thread may take, so that they stay in a processor's cache; lanes that
 #: it takes even so, lest every decision wait for the last one; and bytes that they may take at all.
 _CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
