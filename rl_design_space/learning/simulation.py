@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
+from threading import Lock
 from time import perf_counter
 
 import numpy as np
@@ -41,45 +42,107 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
         ValueError: an option yields a table that does not fit its contract, or a goal cannot be reached.
     """
     threads = threads or available_threads()
-    task, cells = point.task, cell_count(point.world)
-    tables = learning_tables(point)
-    layout = layouts(point.seed, cells, task.goals, task.periods)
-    optimum = shortest_tours(tables.next_cell, layout)
-    generator = behaviour_states(point.seed, task.periods)
-    steps = np.empty((task.periods, task.trials), dtype=np.int32)
-    success = np.empty((task.periods, task.trials), dtype=np.bool_)
-    observations, n_actions = task.goals * cells, 4 * len(tables.lengths)
-    side_by_side = _side_by_side(task.periods, threads, bytes_each=8 * observations * n_actions)
-    shares = deque(_shares(task.periods, threads, side_by_side, observations))
-
-    none = np.empty((0, task.goals, cells), dtype=np.int64)
-
-    def learn_on(codes: NDArray[np.int64], first: int, lanes: Lanes, *, drain: bool) -> None:
-        learn(
-            tables.next_cell, tables.lengths, tables.threshold, tables.rules, codes, first, layout, generator, lanes,
-            drain, steps, success,
-        )  # fmt: skip
-
-    def learn_shares() -> None:
-        """Take up shares until none is left; their periods overlap, so that no lane is empty in between."""
-        lanes = empty_lanes(side_by_side, observations, tables.lengths)
-        try:
-            while (share := _next(shares)) is not None:
-                learn_on(observation_codes(point, layout[share, 1:]), share.start, lanes, drain=False)
-            learn_on(none, 0, lanes, drain=True)
-        except BaseException:
-            shares.clear()
-            raise
-
-    # No period at all: compiles, or loads what was compiled, outside the measured time.
-    learn_on(none, 0, empty_lanes(1, observations, tables.lengths), drain=True)
-    started = perf_counter()
+    learning = Learning(point, threads)
     with ThreadPoolExecutor(threads) as pool:
-        others = [pool.submit(learn_shares) for _ in range(threads - 1)]
-        learn_shares()
-        for learned in others:
-            learned.result()
-    return LearningCurves(steps, success, optimum, tables.epsilon, seconds=perf_counter() - started)
+        for _ in range(threads - 1):
+            pool.submit(learning.work)
+        try:
+            learning.work()
+        except BaseException:
+            learning.stop()
+            raise
+    return learning.curves()
+
+
+class Learning:
+    """The learning of one design point, which threads may join as long as there is something left to begin.
+
+    Args:
+        point: what to learn.
+        threads: how many are expected. The result does not depend on it, nor on how many come.
+
+    Raises:
+        ValueError: as `simulate`.
+    """
+
+    def __init__(self, point: DesignPoint, threads: int = 1) -> None:
+        task, cells = point.task, cell_count(point.world)
+        self._point = point
+        self._tables = learning_tables(point)
+        self._layouts = layouts(point.seed, cells, task.goals, task.periods)
+        self._optimum = shortest_tours(self._tables.next_cell, self._layouts)
+        self._generator = behaviour_states(point.seed, task.periods)
+        self._steps = np.empty((task.periods, task.trials), dtype=np.int32)
+        self._success = np.empty((task.periods, task.trials), dtype=np.bool_)
+        self._observations, n_actions = task.goals * cells, 4 * len(self._tables.lengths)
+        self._lanes = _side_by_side(task.periods, threads, bytes_each=8 * self._observations * n_actions)
+        self._shares = deque(_shares(task.periods, threads, self._lanes, self._observations))
+        self._nothing = np.empty((0, task.goals, cells), dtype=np.int64)
+        self._lock = Lock()
+        self._working = 0
+        self._error: BaseException | None = None
+        # No period at all: compiles, or loads what was compiled, outside the measured time.
+        self._learn(self._nothing, 0, empty_lanes(1, self._observations, self._tables.lengths), drain=True)
+        self._started = self._ended = perf_counter()
+
+    @property
+    def has_work(self) -> bool:
+        """Whether there is something left to begin."""
+        return bool(self._shares)
+
+    def work(self) -> bool:
+        """Learn, together with all other threads that do, until nothing is left to begin.
+
+        Returns:
+            Whether all is done with this call: it is true once, for the last of the threads to end.
+        """
+        with self._lock:
+            if not self._shares:
+                return False
+            self._working += 1
+        try:
+            self._work()
+        except BaseException as error:
+            self._error = self._error or error
+            self._shares.clear()
+            if not isinstance(error, Exception):
+                raise
+        finally:
+            with self._lock:
+                self._working -= 1
+                last = not self._working and not self._shares
+                self._ended = perf_counter()
+        return last
+
+    def stop(self) -> None:
+        """Begin nothing more, so that all threads end soon."""
+        self._error = self._error or RuntimeError("learning was stopped")
+        self._shares.clear()
+
+    def curves(self) -> LearningCurves:
+        """The result, when all is done.
+
+        Raises:
+            Exception: whatever stopped the learning.
+        """
+        if self._error:
+            raise self._error
+        seconds = self._ended - self._started
+        return LearningCurves(self._steps, self._success, self._optimum, self._tables.epsilon, seconds)
+
+    def _work(self) -> None:
+        """Take up shares until none is left; their periods overlap, so that no lane is empty in between."""
+        lanes = empty_lanes(self._lanes, self._observations, self._tables.lengths)
+        while (share := _next(self._shares)) is not None:
+            self._learn(observation_codes(self._point, self._layouts[share, 1:]), share.start, lanes, drain=False)
+        self._learn(self._nothing, 0, lanes, drain=True)
+
+    def _learn(self, codes: NDArray[np.int64], first: int, lanes: Lanes, *, drain: bool) -> None:
+        tables = self._tables
+        learn(
+            tables.next_cell, tables.lengths, tables.threshold, tables.rules, codes, first, self._layouts,
+            self._generator, lanes, drain, self._steps, self._success,
+        )  # fmt: skip
 
 
 def _next(shares: deque[slice]) -> slice | None:

@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from pkgutil import resolve_name
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from hydra.errors import InstantiationException
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.names import SCALARS
 from rl_design_space.sweep.explain import explain, invalid
 from rl_design_space.tracking import Tracking
 
 Built = TypeVar("Built")
 
 #: Keys of the config that are not part of a design point.
-SETTINGS = ("outputs", "threads", "tracking", "study", "hydra")
+SETTINGS = ("outputs", "threads", "tracking", "study", "plan", "shard", "on_error", "objective", "hydra")
 
 
 def is_setting(override: str) -> bool:
@@ -32,12 +33,42 @@ def is_setting(override: str) -> bool:
     return re.match(rf"[+~]*({'|'.join(SETTINGS)})(?=[./@=]|$)", override) is not None
 
 
+def _known_scalar(name: str) -> str:
+    if name not in SCALARS:
+        raise ValueError(f"should be among {', '.join(SCALARS)}")
+    return name
+
+
+def _shard(text: Any) -> Any:
+    """`2/8` as (2, 8)."""
+    if not isinstance(text, str):
+        return text
+    found = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", text)
+    if not found or int(found[1]) > int(found[2]):
+        raise ValueError("should be i/N, from 1/N to N/N")
+    return int(found[1]), int(found[2])
+
+
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Settings:
-    """How a point is run, which does not change its result."""
+    """How points are run, which does not change their results.
+
+    Attributes:
+        outputs: folder that everything is written into.
+        threads: cores that learn, all if None.
+        plan: show what would run, and stop.
+        shard: which part of a sweep to run, and of how many, if not all.
+        on_error: whether a sweep goes on when a point fails.
+        objective: the scalar that a run returns, for sweepers that search.
+        tracking: where results are recorded.
+    """
 
     outputs: Annotated[str, Field(min_length=1)]
     threads: Annotated[int, Field(ge=1)] | None
+    plan: bool
+    shard: Annotated[tuple[int, int] | None, BeforeValidator(_shard)]
+    on_error: Literal["continue", "stop"]
+    objective: Annotated[str, AfterValidator(_known_scalar)]
     tracking: Tracking
 
 
@@ -45,14 +76,13 @@ def build_settings(config: DictConfig) -> Settings:
     """The settings of a composed config.
 
     Raises:
-        ConfigError: as `build_point`.
+        ConfigError: as `build_values`.
     """
-    names = [field.name for field in fields(Settings)]
-    return _construct(Settings, {name: build_component(config, name) for name in names}, names)
+    return construct(Settings, {field.name: build_component(config, field.name) for field in fields(Settings)})
 
 
-def build_point(config: DictConfig) -> DesignPoint:
-    """The design point that a composed config describes.
+def build_values(config: DictConfig) -> dict[str, Any]:
+    """The value of each field of the design point that a composed config describes.
 
     Raises:
         ConfigError: a key is missing, unknown or has a value that is not allowed.
@@ -61,14 +91,23 @@ def build_point(config: DictConfig) -> DesignPoint:
     for key in config:
         if key not in (*choices, *SETTINGS):
             raise ConfigError.unknown("key", str(key), [*choices, *SETTINGS])
-    return _construct(DesignPoint, {choice: build_component(config, choice) for choice in choices}, choices)
+    return {choice: build_component(config, choice) for choice in choices}
+
+
+def make_point(values: Mapping[str, Any]) -> DesignPoint:
+    """The point of these choices, each built.
+
+    Raises:
+        ConfigError: they do not go together.
+    """
+    return construct(DesignPoint, values)
 
 
 def build_component(config: DictConfig, key: str) -> Any:
     """The value at one top-level key: what its `_target_` makes of its fields, or the plain value.
 
     Raises:
-        ConfigError: as `build_point`.
+        ConfigError: as `build_values`.
     """
     return build(key, plain(config, key))
 
@@ -93,11 +132,16 @@ def build(key: str, node: Any) -> Any:
         raise ConfigError(f"{key}: {error.__cause__ or error}".replace("\n", " ")) from error
 
 
-def _construct(kind: type[Built], parts: Mapping[str, Any], known: list[str]) -> Built:
+def construct(kind: Callable[..., Built], values: Mapping[str, Any], prefix: str = "") -> Built:
+    """A validated dataclass with these values.
+
+    Raises:
+        ConfigError: a value is missing, unknown or not allowed; `prefix` is where they stand.
+    """
     try:
-        return kind(**parts)
+        return kind(**values)
     except ValidationError as error:
-        raise invalid("", error, known) from error
+        raise invalid(prefix, error, [field.name for field in fields(kind)]) from error  # type: ignore[arg-type]
 
 
 def plain(config: DictConfig, key: str) -> Any:

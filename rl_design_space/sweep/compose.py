@@ -6,9 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import fields
+from functools import cached_property
+from typing import Any
 
 import hydra
 from hydra.core.global_hydra import GlobalHydra
+from hydra.core.object_type import ObjectType
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override, ValueType
 from omegaconf import DictConfig, OmegaConf
@@ -16,7 +19,8 @@ from omegaconf import DictConfig, OmegaConf
 from rl_design_space._paths import CONF
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
-from rl_design_space.sweep.build import build_point
+from rl_design_space.sweep.assemble import Assembler, Parts
+from rl_design_space.sweep.build import build_values, make_point
 from rl_design_space.sweep.explain import explain
 from rl_design_space.sweep.plan import PlannedPoint
 
@@ -48,15 +52,21 @@ def compose(overrides: Sequence[str] = ()) -> PlannedPoint:
 
 
 class Composer:
-    """Composes many points of the configuration that Hydra is looking at.
+    """Makes many points of the configuration that Hydra is looking at.
 
-    Hydra's own composition takes 150 ms. Points that choose the same options differ in values only, so each
-    combination of options is composed once and the values are put into a copy.
+    Hydra's own composition takes 150 ms. Most points need none: options are read once each and put together (see
+    `Assembler`). Of the others, those that choose the same options differ in values only, so each combination of
+    options is composed once and the values are put into a copy.
+
+    Args:
+        searchpath: `hydra.searchpath=…` overrides, which say where to look for options as well.
     """
 
-    def __init__(self) -> None:
-        self._loader = GlobalHydra.instance().config_loader()
-        self._groups = set(self._loader.list_groups(""))
+    def __init__(self, searchpath: Sequence[str] = ()) -> None:
+        self._searchpath = list(searchpath)
+        self._loader: Any = GlobalHydra.instance().config_loader()
+        self._repository = self._loader._parse_overrides_and_create_caching_repo(CONFIG_NAME, self._searchpath)[1]
+        self._groups = set(self._repository.get_group_options("", ObjectType.GROUP))
         self._bases: dict[tuple[str, ...], DictConfig] = {}
         self.parser = OverridesParser.create(config_loader=self._loader)
 
@@ -66,8 +76,20 @@ class Composer:
         Raises:
             ConfigError: an override is not understood or its value is not allowed.
         """
-        config = self.config(overrides)
-        return planned_point(config, config.hydra.runtime.choices, overrides, studies)
+        return planned_point(self.parts(overrides), overrides, studies)
+
+    def parts(self, overrides: Sequence[str]) -> Parts:
+        """The parts of the point that these overrides describe, each valid; whether they go together is not checked.
+
+        Raises:
+            ConfigError: as above.
+        """
+        return self._assembler(overrides) or parts_of(self.config(overrides))
+
+    @cached_property
+    def _assembler(self) -> Assembler:
+        defaults = self.config(())
+        return Assembler(self._repository, CONFIG_NAME, defaults, OPTION_GROUPS, self.parser)
 
     def config(self, overrides: Sequence[str]) -> DictConfig:
         """The composed config, Hydra's own part included.
@@ -79,10 +101,10 @@ class Composer:
             parsed = self.parser.parse_overrides(list(overrides))
             check_options(parsed)
             if any(self._changes_keys(override) for override in parsed):
-                return hydra.compose(CONFIG_NAME, list(overrides), return_hydra_config=True)
+                return self._compose(overrides)
             options = tuple(o.input_line or "" for o in parsed if not self._sets_a_value(o))
             if options not in self._bases:
-                self._bases[options] = hydra.compose(CONFIG_NAME, list(options), return_hydra_config=True)
+                self._bases[options] = self._compose(options)
             config = deepcopy(self._bases[options])
             for override in filter(self._sets_a_value, parsed):
                 OmegaConf.update(config, override.key_or_group, override.value(), merge=True)
@@ -91,6 +113,9 @@ class Composer:
                 raise explained from error
             raise
         return config
+
+    def _compose(self, overrides: Sequence[str]) -> DictConfig:
+        return hydra.compose(CONFIG_NAME, [*self._searchpath, *overrides], return_hydra_config=True)
 
     def _changes_keys(self, override: Override) -> bool:
         """Whether an override adds or deletes a key; its place among the others then counts."""
@@ -119,22 +144,32 @@ def check_options(overrides: Sequence[Override]) -> None:
             raise ConfigError.at(override.key_or_group, override.value(), "name exactly one option")
 
 
-def planned_point(
-    config: DictConfig, choices: Mapping[str, str | None], overrides: Sequence[str], studies: tuple[str, ...] = ()
-) -> PlannedPoint:
-    """The point of a composed config.
+def parts_of(config: DictConfig, choices: Mapping[str, str | None] | None = None) -> Parts:
+    """The parts of a composed config.
 
     Args:
         config: the composed config.
-        choices: name of the option chosen in every config group.
-        overrides: what was composed.
-        studies: the studies that ask for the point.
+        choices: name of the option chosen in every config group, unless Hydra's part of the config tells.
 
     Raises:
         ConfigError: a value is not allowed.
     """
+    choices = config.hydra.runtime.choices if choices is None else choices
     for group in OPTION_GROUPS:
         if not choices.get(group):
             raise ConfigError(f"{group}: name exactly one option, as in {group}=OPTION")
-    options = {group: str(choices[group]) for group in OPTION_GROUPS}
-    return PlannedPoint(point=build_point(config), options=options, overrides=tuple(overrides), studies=studies)
+    return Parts(build_values(config), {group: str(choices[group]) for group in OPTION_GROUPS})
+
+
+def planned_point(parts: Parts, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
+    """The point that these parts make.
+
+    Args:
+        parts: its parts.
+        overrides: what was composed.
+        studies: the studies that ask for the point.
+
+    Raises:
+        ConfigError: they do not go together.
+    """
+    return PlannedPoint.of(make_point(parts.values), parts.options, tuple(overrides), studies)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
 
 from rl_design_space.design import DesignPoint
+from rl_design_space.design.identity import ABSENT_AS
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
 
@@ -16,7 +18,8 @@ def fingerprint(point: DesignPoint) -> str:
     """SHA-256 over everything that determines a point's learning curves, as 64 hexadecimal digits.
 
     Option names, tracking, paths and thread counts do not count: `reward=many_rewards reward.step=0` is the
-    same point as `reward=each_success`.
+    same point as `reward=each_success`. Nor do fields that were added later and have the value that stands for their
+    absence, see `design.identity.absent_as`.
 
     Raises:
         ConfigError: a field of an option is not a plain value.
@@ -34,7 +37,14 @@ def _content(value: Any) -> Any:
         kind = type(value)
         shipped = kind.__module__.startswith("rl_design_space.")
         name = kind.__qualname__ if shipped else f"{kind.__module__}:{kind.__qualname__}"
-        return {"is": name} | {field.name: _content(getattr(value, field.name)) for field in fields(value)}
+        return {"is": name, **dict(_fields(value))}
     if isinstance(value, (list, tuple)):
         return [_content(item) for item in value]
     return value + 0.0 if isinstance(value, float) else value  # 0.0 and -0.0 are one number
+
+
+def _fields(option: Any) -> Iterator[tuple[str, Any]]:
+    for field in fields(option):
+        content = _content(getattr(option, field.name))
+        if ABSENT_AS not in field.metadata or content != _content(field.metadata[ABSENT_AS]):
+            yield field.name, content

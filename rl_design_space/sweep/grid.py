@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any
 
@@ -12,14 +12,23 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.explain import explain
 
 
-def expand(overrides: Sequence[str], parser: OverridesParser) -> list[tuple[str, ...]]:
+def expand(overrides: Sequence[str], parser: OverridesParser) -> Iterator[tuple[str, ...]]:
     """All combinations of the values that sweep overrides list; the last override of a key counts.
 
     Raises:
         ConfigError: an override cannot be parsed or enumerated.
     """
+    return product(*axes(overrides, parser).values())
+
+
+def axes(overrides: Sequence[str], parser: OverridesParser) -> dict[str, list[str]]:
+    """For each key, in order, one override for each value that it is to take.
+
+    Raises:
+        ConfigError: as above.
+    """
     try:
-        axes: dict[str, list[str]] = {}
+        found: dict[str, list[str]] = {}
         for override in parser.parse_overrides(list(overrides)):
             key = override.get_key_element()
             if not override.is_sweep_override():
@@ -30,13 +39,13 @@ def expand(overrides: Sequence[str], parser: OverridesParser) -> list[tuple[str,
                 raise ConfigError(f"{override.input_line}: an interval has no list of values; use choice or range")
             if not values:
                 raise ConfigError(f"{override.input_line}: matches nothing")
-            axes.pop(override.key_or_group, None)  # +key and ~key take the place of key
-            axes[key] = [f"{key}={value}" for value in values]
+            found.pop(override.key_or_group, None)  # +key and ~key take the place of key
+            found[key] = [f"{key}={value}" for value in values]
     except Exception as error:
         if explained := explain(error):
             raise explained from error
         raise
-    return list(product(*axes.values()))
+    return found
 
 
 def as_overrides(sweeps: Mapping[str, Any]) -> list[str]:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from omegaconf import DictConfig
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.build import build, is_setting, plain
-from rl_design_space.sweep.compose import Composer
+from rl_design_space.sweep.compose import Composer, planned_point
+from rl_design_space.sweep.constraint import Constraint, constraints_of
 from rl_design_space.sweep.grid import as_overrides, expand
-from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.sweep.plan import Dropped, Plan, PlannedPoint
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Study:
     name: str
     overrides: tuple[str, ...]
     config: DictConfig
-    plan: list[PlannedPoint]
+    plan: Plan
 
     @property
     def command(self) -> str:
@@ -54,48 +56,112 @@ class Study:
         return build("study.report", node)
 
 
-def load_study(name: str, overrides: Sequence[str]) -> Study:
+def load_study(name: str, overrides: Sequence[str], composer: Composer | None = None) -> Study:
     """Compose and plan a study.
 
     Args:
         name: of the study.
         overrides: of the command line; they replace what a block says of the same key.
+        composer: makes points of overrides; a new one if None.
 
     Raises:
         ConfigError: there is no such study, a sweep is not understood or a value is not allowed.
     """
-    composer = Composer()
+    composer = composer or Composer()
     overrides = tuple(override for override in overrides if not override.startswith("study="))
     config = composer.config([f"study={name}", *filter(is_setting, overrides)])
     return Study(name, overrides, config, plan_study(name, config, overrides, composer))
 
 
-def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer: Composer) -> list[PlannedPoint]:
+def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer: Composer) -> Plan:
     """All points of a study, in the order of its blocks; equal points once.
 
     Args:
         name: of the study.
-        config: composed config whose `study.blocks` hold the sweeps of each block, by key; all combinations of a
-            block are points.
+        config: composed config whose `study.blocks` hold the sweeps of each block, by key: all combinations of a
+            block are points but those that `study.constraints` drop.
         overrides: as above.
         composer: makes points of overrides.
 
     Raises:
         ConfigError: as above, or there is no point at all.
     """
-    blocks = plain(config, "study").get("blocks")
+    node = plain(config, "study")
+    blocks = node.get("blocks") if isinstance(node, Mapping) else None
     if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
         raise ConfigError(f"study {name}: needs blocks, each a mapping of keys to sweeps")
-    planned: dict[str, PlannedPoint] = {}
+    grids = _Grids(name, composer)
+    try:
+        constraints = constraints_of(node.get("constraints"))
+    except ConfigError as error:
+        raise ConfigError(f"study {name}, {error}") from error
+    of_points = [override for override in overrides if not override.startswith("study.")]
     for block, sweeps in blocks.items():
         try:
-            of_points = [override for override in overrides if not override.startswith("study.")]
-            grid = expand([*as_overrides(sweeps), *of_points], composer.parser)
-            points = [composer(values, studies=(name,)) for values in grid]
+            grids.add(expand([*as_overrides(sweeps), *of_points], composer.parser), constraints)
         except ConfigError as error:
             raise ConfigError(f"study {name}, block {block}: {error}") from error
-        for point in points:
-            planned.setdefault(point.fingerprint, point)
-    if not planned:
-        raise ConfigError(f"study {name}: no design point in it; its blocks are {', '.join(blocks) or 'none'}")
-    return list(planned.values())
+    plan = grids.plan()
+    if not plan:
+        left_out = f" and its constraints drop all {plan.combinations} combinations" if plan.combinations else ""
+        raise ConfigError(f"study {name}: no design point in it; its blocks are {', '.join(blocks) or 'none'}{left_out}")
+    return plan
+
+
+def plan_overrides(overrides: Sequence[str], composer: Composer) -> Plan:
+    """The points that the sweep overrides of a command line ask for, equal points once.
+
+    Raises:
+        ConfigError: as above.
+    """
+    grids = _Grids("", composer)
+    grids.add(expand(overrides, composer.parser), {})
+    return grids.plan()
+
+
+def union(plans: Sequence[Plan]) -> Plan:
+    """The points of several plans, common ones once; they then belong to the studies of all."""
+    points: dict[str, PlannedPoint] = {}
+    for plan in plans:
+        for planned in plan:
+            known = points.get(planned.fingerprint)
+            studies = tuple(dict.fromkeys((*known.studies, *planned.studies))) if known else planned.studies
+            points[planned.fingerprint] = replace(known or planned, studies=studies)
+    return Plan(
+        list(points.values()),
+        studies=tuple(dict.fromkeys(name for plan in plans for name in plan.studies)),
+        combinations=sum(plan.combinations for plan in plans),
+        dropped=tuple(dropped for plan in plans for dropped in plan.dropped),
+    )
+
+
+class _Grids:
+    """Collects the points of grids."""
+
+    def __init__(self, study: str, composer: Composer) -> None:
+        self._studies = (study,) if study else ()
+        self._composer = composer
+        self._points: dict[str, PlannedPoint] = {}
+        self._combinations = 0
+        self._dropped: Counter[tuple[str, str]] = Counter()
+
+    def add(self, grid: Iterable[tuple[str, ...]], constraints: Mapping[str, Constraint]) -> None:
+        for overrides in grid:
+            self._combinations += 1
+            parts = self._composer.parts(overrides)
+            for name, constraint in constraints.items():
+                try:
+                    drops = constraint.drops(parts)
+                except ConfigError as error:
+                    raise ConfigError(f"constraint {name}: {error}") from error
+                if drops:
+                    self._dropped[name, constraint.why] += 1
+                    break
+            else:
+                planned = planned_point(parts, overrides, self._studies)
+                self._points.setdefault(planned.fingerprint, planned)
+
+    def plan(self) -> Plan:
+        study = "".join(self._studies)
+        dropped = tuple(Dropped(study, name, why, count) for (name, why), count in self._dropped.items())
+        return Plan(list(self._points.values()), self._studies, self._combinations, dropped)
