@@ -1,8 +1,22 @@
-"""Where the shipped configuration lies."""
+"""Where the shipped configuration and plugins lie."""
 
+import os
+import sys
 from pathlib import Path
 
 _PACKAGE = Path(__file__).parent
 
 #: `conf` inside the package when installed from a wheel, beside it in a checkout.
 CONF = next((path for path in (_PACKAGE / "conf", _PACKAGE.parent / "conf") if path.is_dir()), _PACKAGE / "conf")
+
+#: A folder that holds a part of the package `hydra_plugins`.
+_PLUGINS = str(_PACKAGE / "_plugins")
+
+
+def make_plugins_known() -> None:
+    """Let Hydra find our plugins, in this process and in those that it starts; before Hydra looks for any."""
+    if _PLUGINS not in sys.path:
+        sys.path.append(_PLUGINS)
+    inherited = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
+    if _PLUGINS not in inherited:
+        os.environ["PYTHONPATH"] = os.pathsep.join([*inherited, _PLUGINS])

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import signal
 import sys
-from typing import Any
+from typing import TYPE_CHECKING
 
 import hydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
 from omegaconf import DictConfig
 
-from rl_design_space._paths import CONF
+from rl_design_space._paths import CONF, make_plugins_known
 from rl_design_space.errors import ConfigError, shown_as_messages
 
-#: Overrides of a study's points. They are meant for what the study's blocks choose, not for the defaults that
-#: Hydra composes first, so they are kept from Hydra: `study=table4 exploration.k=0.05`.
-_for_points: list[str] = []
+if TYPE_CHECKING:
+    from rl_design_space.sweep.arguments import CommandLine
+
+#: What was typed; our sweeper asks for it.
+command_line: CommandLine | None = None
 _MULTIRUN = {"-m", "--multirun"}
 #: Jobs that Hydra has started. It takes a sweep that matches nothing for a success.
 _jobs = 0
@@ -22,14 +26,18 @@ _jobs = 0
 
 def main() -> None:
     """Run the application; errors that a user can mend are one message and exit status 2."""
-    from rl_design_space.sweep.arguments import check_arguments, split_arguments
+    global command_line
+    from rl_design_space.sweep.arguments import read_command_line
 
+    make_plugins_known()
+    # A job that is told to end, by a cluster for instance, ends as one that is interrupted: nothing is lost.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with shown_as_messages():
-            check_arguments(sys.argv[1:])
-            sys.argv[1:], _for_points[:] = split_arguments(sys.argv[1:])
+            command_line = read_command_line(sys.argv[1:])
+            sys.argv[1:] = command_line.for_hydra
             application()
-            if not _jobs and _MULTIRUN & set(sys.argv):
+            if not _jobs and not command_line.for_points and _MULTIRUN & set(command_line.typed):
                 raise ConfigError("no design point in this sweep: one of its overrides matches nothing")
     except KeyboardInterrupt:
         print("interrupted; the same command goes on where this one stopped", file=sys.stderr)
@@ -37,52 +45,37 @@ def main() -> None:
 
 
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
-def application(config: DictConfig) -> float | None:
-    """Run one design point, or the points of a study."""
+def application(config: DictConfig) -> float:
+    """Run one design point; the sweepers of Hydra call it for each of theirs.
+
+    Returns:
+        The objective of the point, see `objective` in conf/config.yaml.
+    """
     global _jobs
     _jobs += 1
-    run = HydraConfig.get()
-    overrides = [*run.overrides.task, *_for_points]
-    study = run.runtime.choices.get("study")
+    if HydraConfig.get().mode == RunMode.MULTIRUN:
+        return _run_point(config)
     # Here too, because Hydra adds a line of its own to every exception that leaves a job.
     with shown_as_messages():
-        if not study:
-            return _run_point(config, run.runtime.choices, overrides)
-        _run_study(study, overrides)
-    return None
+        return _run_point(config)
 
 
-def _run_point(config: DictConfig, choices: Any, overrides: list[str]) -> float:
+def _run_point(config: DictConfig) -> float:
     from rl_design_space.sweep.build import build_settings
-    from rl_design_space.sweep.compose import planned_point
+    from rl_design_space.sweep.compose import parts_of, planned_point
+    from rl_design_space.sweep.objective import objective_value
     from rl_design_space.sweep.run import run_point
     from rl_design_space.terminal import console, point_table
 
+    run = HydraConfig.get()
     settings = build_settings(config)
-    planned = planned_point(config, choices, overrides)
+    planned = planned_point(parts_of(config, run.runtime.choices), run.overrides.task)
     tracker = settings.tracking.open()
-    stored, learned = run_point(planned, tracker, settings.threads)
-    console.print(point_table(planned, stored, tracker.location, learned))
-    return stored.scalars["total_steps"]
-
-
-def _run_study(name: str, overrides: list[str]) -> None:
-    from rl_design_space.sweep.build import build_settings
-    from rl_design_space.sweep.run import run_sweep
-    from rl_design_space.sweep.study import load_study
-    from rl_design_space.terminal import SweepDisplay, console, failure_table
-
-    study = load_study(name, overrides)
-    settings = build_settings(study.config)
-    tracker = settings.tracking.open()
-    with SweepDisplay(name, len(study.plan)) as display:
-        outcome = run_sweep(study, tracker, settings.threads, display.report)
-    counts = outcome.counts
-    console.print(
-        f"study {name}: {len(study.plan)} points, {counts['done']} learned now, {counts['already']} before, "
-        f"{counts['failed']} failed; in {tracker.location}",
-        soft_wrap=True,
+    stored, scalars, learned = run_point(
+        planned,
+        tracker,
+        settings.threads,
+        lambda: console.print("another process is at this point; waiting for it"),
     )
-    if outcome.failed:
-        console.print(failure_table(study.plan, outcome.failed))
-        sys.exit(1)
+    console.print(point_table(planned, stored, scalars, tracker.location, learned))
+    return objective_value(settings.objective, scalars)

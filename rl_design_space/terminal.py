@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.sweep.plan import Plan, PlannedPoint
+from rl_design_space.sweep.run import Outcome
 from rl_design_space.tracking.tracker import StoredRun
 
 console = Console(highlight=False)
 #: Half the width of a 95 % interval, in standard errors.
 _NORMAL_95 = 1.96
+#: Values of an axis that a plan lists.
+_SHOWN_VALUES = 12
+_MINUTE, _HOUR = 60, 3600
+#: Seconds below which a tenth counts.
+_TENTHS = 10
 
 
-def point_table(planned: PlannedPoint, stored: StoredRun, location: str, learned: bool) -> Table:
+def point_table(
+    planned: PlannedPoint, stored: StoredRun, scalars: Mapping[str, float], location: str, learned: bool
+) -> Table:
     """The choices of a point and what came of them."""
     table = Table(box=SIMPLE_HEAD, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
@@ -29,7 +36,6 @@ def point_table(planned: PlannedPoint, stored: StoredRun, location: str, learned
     table.add_row("seed", str(planned.point.seed))
     table.add_row("fingerprint", planned.fingerprint, end_section=True)
 
-    scalars = stored.scalars
     total = f"{scalars['total_steps']:,.1f}"
     if "total_steps_sem" in scalars:
         total += f" ± {_NORMAL_95 * scalars['total_steps_sem']:,.1f} (95 %)"
@@ -44,47 +50,57 @@ def point_table(planned: PlannedPoint, stored: StoredRun, location: str, learned
     return table
 
 
-class SweepDisplay:
-    """Progress of a sweep: one live line in a terminal, a plain line a point elsewhere."""
-
-    def __init__(self, name: str, points: int) -> None:
-        self._name = name
-        self._points = points
-        self._reported = 0
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-        self._task = self._progress.add_task(name, total=points)
-
-    def __enter__(self) -> SweepDisplay:
-        self._progress.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
-
-    def report(self, planned: PlannedPoint, result: StoredRun | Exception) -> None:
-        """Show that a point has ended; failures at once."""
-        self._reported += 1
-        self._progress.update(self._task, advance=1, description=f"{self._name}: {planned.name}")
-        if isinstance(result, Exception):
-            console.print(
-                escape(f"failed: {planned.command}\n  {type(result).__name__}: {result}"), style="red", soft_wrap=True
-            )
-        elif not console.is_terminal:
-            total = f"{result.scalars['total_steps']:,.1f}"
-            console.print(
-                escape(f"[{self._reported}/{self._points}] {planned.name}: {total} steps a period"), soft_wrap=True
-            )
+def plan_table(plan: Plan) -> Table:
+    """The axes of a plan, and how many points have each value."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("axis", style="bold", no_wrap=True)
+    table.add_column("values", justify="right")
+    table.add_column("points with each value", overflow="fold")
+    for name, counts in plan.axes.items():
+        shown = [f"{value} ({count})" for value, count in list(counts.items())[:_SHOWN_VALUES]]
+        more = [f"… and {len(counts) - _SHOWN_VALUES} more"] if len(counts) > _SHOWN_VALUES else []
+        table.add_row(escape(name), str(len(counts)), escape("  ".join(shown + more)))
+    return table
 
 
-def failure_table(plan: Sequence[PlannedPoint], failed: dict[str, Exception]) -> Table:
+def plan_lines(plan: Plan) -> list[str]:
+    """How the points of a plan were counted."""
+    dropped = [f"- {each.count:,} dropped by {each.constraint} of {each.study}: {each.why}" for each in plan.dropped]
+    repeated = [f"- {plan.duplicates:,} that are the same point as another one"] if plan.duplicates else []
+    return [f"{plan.combinations:,} combinations", *dropped, *repeated, f"= {plan.whole:,} points"]
+
+
+def outcome_line(plan: Plan, outcome: Outcome, location: str) -> str:
+    """What became of a sweep, and what its time was spent on."""
+    counts = outcome.counts
+    parts = [f"{counts['done']:,} learned now", f"{counts['already']:,} before"]
+    if counts["elsewhere"]:
+        parts.append(f"{counts['elsewhere']:,} by another process")
+    parts.append(f"{counts['failed']:,} failed")
+    if counts["left"]:
+        parts.append(f"{counts['left']:,} not run")
+    spent = ", ".join(f"{name} {duration(seconds)}" for name, seconds in outcome.seconds.items())
+    return f"{plan.name}: {len(plan):,} points, {', '.join(parts)}; in {location} ({spent})"
+
+
+def duration(seconds: float) -> str:
+    """A time span for people: `48 s`, `3 min 20 s`, `2 h 05 min`."""
+    whole = round(seconds)
+    if whole < _MINUTE:
+        return f"{seconds:.1f} s" if seconds < _TENTHS else f"{whole} s"
+    if whole < _HOUR:
+        return f"{whole // _MINUTE} min {whole % _MINUTE:02} s"
+    return f"{whole // _HOUR} h {whole % _HOUR // _MINUTE:02} min"
+
+
+def failure_table(plan: Sequence[PlannedPoint], failed: Mapping[str, str]) -> Table:
     """Every point that failed, why, and the command that runs it again."""
     table = Table(box=SIMPLE_HEAD, title="Failures")
     for heading in ("failed point", "error", "run it again"):
         table.add_column(heading, overflow="fold")
     for planned in plan:
         if error := failed.get(planned.fingerprint):
-            table.add_row(planned.name, escape(f"{type(error).__name__}: {error}"), escape(planned.command))
+            table.add_row(escape(planned.name), escape(error), escape(planned.command))
     return table
 
 

@@ -3,39 +3,83 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Sequence
+from dataclasses import dataclass
 
+from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
+from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.build import is_setting
 from rl_design_space.sweep.compose import check_options
 from rl_design_space.sweep.explain import explain
 
+_OWN_SWEEPER = "design"
 
-def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Split a command line into what Hydra is to compose and, if it names a study, what the study's points take over.
 
-    Flags, settings and everything that is not an override go to Hydra.
+@dataclass(frozen=True)
+class CommandLine:
+    """A command line as it was typed, and how it is handed on.
+
+    A sweep's overrides are meant for its points, some of which choose other options than the defaults. Hydra would
+    check them against the defaults, so they are kept from it and go to our sweeper: `study=table4 exploration.k=0.05`.
+
+    Attributes:
+        typed: everything.
+        for_hydra: what Hydra gets.
+        for_points: what the points of a sweep take over.
     """
-    if not any(argument.startswith("study=") for argument in arguments):
-        return list(arguments), []
-    for_points = [argument for argument in arguments if _is_override(argument) and not is_setting(argument)]
-    return [argument for argument in arguments if argument not in for_points], for_points
+
+    typed: tuple[str, ...] = ()
+    for_hydra: tuple[str, ...] = ()
+    for_points: tuple[str, ...] = ()
+
+    @property
+    def command(self) -> str:
+        """To be typed again."""
+        return shlex.join(["rl-design-space", *self.typed])
 
 
-def check_arguments(arguments: Sequence[str]) -> None:
-    """Check the overrides of a command line as far as that is possible before Hydra composes them.
+def read_command_line(arguments: Sequence[str]) -> CommandLine:
+    """Sort the arguments of a command line, and check them as far as that is possible before Hydra composes them.
 
     Raises:
-        ConfigError: one is not an override, or gives a value where an option is needed.
+        ConfigError: an argument is not an override, gives a value where an option is needed, or the flags and
+            overrides do not go together.
     """
+    flags = get_args_parser().parse_known_args(arguments)[0]
+    overrides = [override for override in flags.overrides if _is_override(override)]
     try:
-        check_options(OverridesParser.create().parse_overrides([a for a in arguments if _is_override(a)]))
+        parsed = OverridesParser.create().parse_overrides(overrides)
+        check_options(parsed)
     except HydraException as error:
         raise explain(error) or error from error
 
+    others = [name for name in ("cfg", "info", "help", "hydra_help", "shell_completion") if getattr(flags, name)]
+    if flags.multirun and others:
+        raise ConfigError(f"--multirun and --{others[0].replace('_', '-')} do not go together; leave one of them out")
+    values = {override.key_or_group: (override.input_line or "").partition("=")[2] for override in parsed}
+    sweeps = [f"{key}={values[key]}" for key in ("study", "plan", "shard") if values.get(key, "null") not in _OFF]
+    sweeper = values.get("hydra/sweeper", _OWN_SWEEPER)
+    if sweeper != _OWN_SWEEPER:
+        if sweeps:
+            raise ConfigError(f"{sweeps[0]} needs hydra/sweeper={_OWN_SWEEPER}, not {sweeper}")
+        return CommandLine(tuple(arguments), tuple(arguments))
+    if not (flags.multirun or sweeps):
+        return CommandLine(tuple(arguments), tuple(arguments))
+    for_points = tuple(override for override in overrides if not is_setting(override))
+    for_hydra = [argument for argument in arguments if argument not in for_points]
+    if not flags.multirun and not others and not flags.run:
+        for_hydra.append("--multirun")
+    return CommandLine(tuple(arguments), tuple(for_hydra), for_points)
+
+
+#: Values with which a setting asks for nothing.
+_OFF = ("null", "false")
+
 
 def _is_override(argument: str) -> bool:
-    """Whether an argument is an override, rather than a flag or a flag's value."""
-    return "=" in argument and re.match(r"[+~]*[A-Za-z_]", argument) is not None
+    """Whether an argument is an override; anything else is left to Hydra to refuse."""
+    return re.match(r"[+]*[A-Za-z_][^=]*=|~[A-Za-z_]", argument) is not None

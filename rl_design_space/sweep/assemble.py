@@ -27,7 +27,7 @@ class Parts(NamedTuple):
     options: Mapping[str, str]
 
 
-class _NotPlain(Exception):
+class _NotPlainError(Exception):
     """Hydra has to compose this one."""
 
 
@@ -45,8 +45,8 @@ class _Value(NamedTuple):
 class Assembler:
     """Builds the parts of points from options and values, where that gives what Hydra would compose.
 
-    It does where every option file is plain: it lies at its own group, has no defaults of its own, and neither files nor
-    overrides interpolate. Everything else is left to Hydra.
+    It does where every option file is plain: it lies at its own group, has no defaults of its own, and neither files
+    nor overrides interpolate. Everything else is left to Hydra.
 
     Args:
         repository: of config files, as Hydra searches them.
@@ -82,7 +82,7 @@ class Assembler:
             return None
         try:
             return self._assemble(overrides)
-        except (_NotPlain, ConfigError):
+        except (_NotPlainError, ConfigError):
             return None
 
     def _assemble(self, overrides: Sequence[str]) -> Parts:
@@ -106,15 +106,15 @@ class Assembler:
         override = self._parser.parse_override(text)
         plain = override.type.name == "CHANGE" and override.value_type == ValueType.ELEMENT and not override.package
         if not plain or any(mark in text for mark in _UNRESOLVED):
-            raise _NotPlain
+            raise _NotPlainError
         value = override.value()
         field, *path = override.key_or_group.split(".")
         if not path and field in self._groups:
             if not isinstance(value, str):
-                raise _NotPlain
+                raise _NotPlainError
             return _Choice(field, value)
         if field not in _FIELDS or isinstance(value, dict):
-            raise _NotPlain
+            raise _NotPlainError
         return _Value(field, tuple(path), value)
 
     def _component(self, field: str, option: str | None, overrides: Sequence[str]) -> Any:
@@ -123,7 +123,7 @@ class Assembler:
         if key not in self._components:
             node = self._node(field, option) if option else self._rest[field]
             if node is None:
-                raise _NotPlain
+                raise _NotPlainError
             holder = {field: deepcopy(node)}
             for override in overrides:
                 _put(holder, self._parsed[override])
@@ -154,5 +154,5 @@ def _put(node: dict[str, Any], value: _Choice | _Value | None) -> None:
     for name in parents:
         inner = inner.get(name) if isinstance(inner, dict) else None
     if not isinstance(inner, dict) or last not in inner or isinstance(inner[last], dict):
-        raise _NotPlain
+        raise _NotPlainError
     inner[last] = value.value

@@ -26,11 +26,22 @@ Built = TypeVar("Built")
 
 #: Keys of the config that are not part of a design point.
 SETTINGS = ("outputs", "threads", "tracking", "study", "plan", "shard", "on_error", "objective", "hydra")
+#: Those of them that belong to a sweep as a whole, so that a point that is run alone has no use for them.
+_OF_A_SWEEP = ("study", "plan", "shard", "on_error", "hydra")
 
 
 def is_setting(override: str) -> bool:
     """Whether an override concerns how points are run, not the points."""
-    return re.match(rf"[+~]*({'|'.join(SETTINGS)})(?=[./@=]|$)", override) is not None
+    return _concerns(override, SETTINGS)
+
+
+def is_of_a_sweep(override: str) -> bool:
+    """Whether an override concerns a sweep as a whole, and none of its points alone."""
+    return _concerns(override, _OF_A_SWEEP)
+
+
+def _concerns(override: str, keys: tuple[str, ...]) -> bool:
+    return re.match(rf"[+~]*({'|'.join(keys)})(?=[./@=]|$)", override) is not None
 
 
 def _known_scalar(name: str) -> str:

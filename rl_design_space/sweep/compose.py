@@ -7,9 +7,10 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import fields
 from functools import cached_property
-from typing import Any
+from typing import cast
 
 import hydra
+from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.object_type import ObjectType
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -64,7 +65,7 @@ class Composer:
 
     def __init__(self, searchpath: Sequence[str] = ()) -> None:
         self._searchpath = list(searchpath)
-        self._loader: Any = GlobalHydra.instance().config_loader()
+        self._loader = cast(ConfigLoaderImpl, GlobalHydra.instance().config_loader())
         self._repository = self._loader._parse_overrides_and_create_caching_repo(CONFIG_NAME, self._searchpath)[1]
         self._groups = set(self._repository.get_group_options("", ObjectType.GROUP))
         self._bases: dict[tuple[str, ...], DictConfig] = {}

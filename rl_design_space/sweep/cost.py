@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from rl_design_space.design import DesignPoint, cell_count
 
 #: Moves until a goal is found for the first times and the way to it is learned: first · cells^growth. Moves of a trial
-#: later on: over · the mean distance of two cells. Fitted to Table 4; other choices change it by factors of two or three.
+#: later on: over · the mean distance of two cells. Fitted to Table 4; other choices change it by a factor of two or so.
 _FIRST, _GROWTH, _OVER = 2.0, 1.47, 1.5
 
 
@@ -18,3 +20,16 @@ def expected_moves(point: DesignPoint) -> float:
     distance = sum(point.world.shape) / 4
     period: float = task.goals * (_FIRST * cells**_GROWTH + _OVER * distance * task.trials)
     return task.periods * min(period, task.trials * task.max_steps)
+
+
+#: Seconds: of a move (docs/performance.md), of what a point is beside its moves, of its record, of a start.
+_MOVE, _POINT, _RECORD, _START = 7e-9, 0.005, 0.1, 3.0
+
+
+def expected_seconds(points: Iterable[DesignPoint], threads: int) -> float:
+    """Roughly how long learning and recording these points takes, with this many threads and one recorder."""
+    moves = [expected_moves(point) for point in points]
+    if not moves:
+        return 0.0
+    learning, recording = sum(moves) * _MOVE + len(moves) * _POINT, len(moves) * _RECORD
+    return _START + max((learning + recording) / threads, recording, max(moves) * _MOVE / threads)

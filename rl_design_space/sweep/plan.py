@@ -83,12 +83,18 @@ class Plan(Sequence[PlannedPoint]):
         studies: names of the studies that they come from.
         combinations: how many were asked for, those dropped and repeated included.
         dropped: by the constraints that dropped any.
+        whole: how many points the plan has that this one is a part of.
     """
 
     points: Sequence[PlannedPoint]
     studies: tuple[str, ...] = ()
     combinations: int = 0
     dropped: tuple[Dropped, ...] = ()
+    whole: int = -1
+
+    def __post_init__(self) -> None:
+        if self.whole < 0:
+            object.__setattr__(self, "whole", len(self.points))
 
     @overload
     def __getitem__(self, index: int) -> PlannedPoint: ...
@@ -111,7 +117,7 @@ class Plan(Sequence[PlannedPoint]):
     @property
     def duplicates(self) -> int:
         """Combinations that are the same point as another one."""
-        return self.combinations - sum(dropped.count for dropped in self.dropped) - len(self.points)
+        return self.combinations - sum(dropped.count for dropped in self.dropped) - self.whole
 
     @property
     def axes(self) -> dict[str, dict[str, int]]:

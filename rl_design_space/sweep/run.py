@@ -1,88 +1,240 @@
-"""Run planned points: skip what is stored, learn the rest, record each."""
+"""Run planned points: skip what is stored, learn the rest, record each once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass, field
+from typing import Literal, Protocol
 
-from rl_design_space.sweep.plan import PlannedPoint
-from rl_design_space.sweep.study import Study
-from rl_design_space.tracking.tracker import StoredRun, SweepRecord, Tracker
+from rl_design_space.learning.curves import LearningCurves
+from rl_design_space.sweep.cost import expected_moves
+from rl_design_space.sweep.executor import Executor
+from rl_design_space.sweep.plan import Plan, PlannedPoint
+from rl_design_space.sweep.recorder import Recorder
+from rl_design_space.tracking.tracker import StoredRun, Tracker
+
+#: Seconds between two looks at a point that another process is learning.
+_PATIENCE = 0.5
+
+
+class Watcher(Protocol):
+    """Is told what becomes of the points of a sweep."""
+
+    def started(self, planned: PlannedPoint) -> None:
+        """A point is about to be learned."""
+        ...
+
+    def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
+        """A point has been recorded, by this process or by another one; or it has failed."""
+        ...
 
 
 @dataclass
 class Outcome:
-    """What became of the points of a sweep, by fingerprint."""
+    """What became of the points of a sweep.
 
-    already: dict[str, StoredRun] = field(default_factory=dict)
-    done: dict[str, StoredRun] = field(default_factory=dict)
-    failed: dict[str, Exception] = field(default_factory=dict)
+    Attributes:
+        points: how many there are.
+        already: recorded before.
+        done: learned and recorded now.
+        elsewhere: recorded meanwhile by another process.
+        failed: what went wrong, by the fingerprint of the point.
+        moves: primitive moves learned.
+        seconds: time spent, by what on; learning is the sum over all threads.
+    """
+
+    points: int = 0
+    already: int = 0
+    done: int = 0
+    elsewhere: int = 0
+    failed: dict[str, str] = field(default_factory=dict)
+    moves: float = 0.0
+    seconds: dict[str, float] = field(default_factory=dict)
 
     @property
     def counts(self) -> dict[str, int]:
-        """Numbers of points: stored before, learned now, failed."""
-        return {"already": len(self.already), "done": len(self.done), "failed": len(self.failed)}
+        """Numbers of points by what became of them."""
+        left = self.points - self.already - self.done - self.elsewhere - len(self.failed)
+        return {
+            "already": self.already,
+            "done": self.done,
+            "elsewhere": self.elsewhere,
+            "failed": len(self.failed),
+            "left": left,
+        }
 
 
-def run_point(planned: PlannedPoint, tracker: Tracker, threads: int | None) -> tuple[StoredRun, bool]:
-    """The stored result of a point, and whether it had to be learned for it."""
-    stored = tracker.finished([planned.fingerprint]).get(planned.fingerprint)
-    if stored:
-        tracker.add_studies(stored, planned.studies)
-        return stored, False
-    return _learn(planned, tracker, threads), True
+@dataclass(frozen=True)
+class Missing:
+    """What of a plan is still to be run.
+
+    Attributes:
+        points: the points without a complete run, those that probably take longest first.
+        stored: the others' runs, by fingerprint.
+    """
+
+    points: list[PlannedPoint]
+    stored: Mapping[str, StoredRun]
+
+
+def missing(plan: Plan, tracker: Tracker) -> Missing:
+    """Which points of a plan a tracker does not have."""
+    stored = tracker.finished([planned.fingerprint for planned in plan])
+    points = [planned for planned in plan if planned.fingerprint not in stored]
+    return Missing(sorted(points, key=lambda planned: -expected_moves(planned.point)), stored)
+
+
+def run_point(
+    planned: PlannedPoint, tracker: Tracker, threads: int | None, waiting: Callable[[], None] = lambda: None
+) -> tuple[StoredRun, Mapping[str, float], bool]:
+    """The stored result of a point, its scalars, and whether it had to be learned for it.
+
+    Args:
+        planned: the point.
+        tracker: where results are.
+        threads: cores that learn, all if None.
+        waiting: is called once if another process is at this point, which is then waited for.
+    """
+    from rl_design_space.learning import simulate
+
+    fingerprint = planned.fingerprint
+    stored = tracker.finished([fingerprint]).get(fingerprint)
+    while stored is None and not tracker.claim(fingerprint):
+        waiting()
+        waiting = _nothing
+        time.sleep(_PATIENCE)
+        stored = tracker.recorded_meanwhile(fingerprint)
+    stored = stored or tracker.recorded_meanwhile(fingerprint)
+    try:
+        if stored:
+            tracker.add_studies(stored, planned.studies)
+            return stored, tracker.scalars(stored), False
+        curves = simulate(planned.point, threads)
+        return tracker.record(planned, curves), curves.scalars(planned.point.world.shape), True
+    finally:
+        tracker.release(fingerprint)
 
 
 def run_sweep(
-    study: Study,
+    plan: Plan,
     tracker: Tracker,
-    threads: int | None,
-    report: Callable[[PlannedPoint, StoredRun | Exception], None],
+    executor: Executor,
+    watcher: Watcher,
+    *,
+    command: str = "",
+    on_error: Literal["continue", "stop"] = "continue",
+    found: Missing | None = None,
+    summarised: bool = True,
 ) -> Outcome:
-    """Run the points of a plan that the tracker does not have; a point that fails does not stop the others.
+    """Run the points of a plan that the tracker does not have.
 
     Args:
-        study: what to run; its summary run has its name.
+        plan: what to run.
         tracker: where results go.
-        threads: cores that learn, all if None.
-        report: is told of every point that ends.
+        executor: who learns.
+        watcher: is told of every point that starts or ends, from several threads.
+        command: that runs this sweep, for the record.
+        on_error: whether a point that fails leaves the others alone, or keeps them from being begun.
+        found: what `missing` says, if it was asked already.
+        summarised: whether the sweep gets a summary run.
     """
-    plan = study.plan
-    outcome = Outcome(already=tracker.finished([planned.fingerprint for planned in plan]))
-    for planned in plan:
-        if planned.fingerprint in outcome.already:
-            tracker.add_studies(outcome.already[planned.fingerprint], planned.studies)
-    missing = [planned for planned in plan if planned.fingerprint not in outcome.already]
-    if not missing:
-        return outcome
-
-    summary = tracker.open_sweep(study)
-    # Closed here whatever happens: Hydra's own end-of-run callbacks do not fire when a job fails.
-    status = "KILLED"
-    try:
-        for planned in missing:
-            result: StoredRun | Exception
-            try:
-                result = outcome.done[planned.fingerprint] = _learn(planned, tracker, threads)
-            except Exception as error:
-                result = outcome.failed[planned.fingerprint] = error
-            report(planned, result)
-        status = "FAILED" if outcome.failed else "FINISHED"
-    finally:
-        _close(summary, status, plan, outcome)
+    found = found or missing(plan, tracker)
+    outcome = Outcome(len(plan), already=len(found.stored))
+    add_studies(plan, found.stored, tracker)
+    if found.points:
+        with summary(plan, outcome, tracker, command) if summarised else nullcontext():
+            _learn(found.points, tracker, executor, watcher, outcome, on_error)
     return outcome
 
 
-def _learn(planned: PlannedPoint, tracker: Tracker, threads: int | None) -> StoredRun:
-    from rl_design_space.learning import simulate
+@contextmanager
+def summary(plan: Plan, outcome: Outcome, tracker: Tracker, command: str) -> Iterator[None]:
+    """A summary run around what happens inside, closed whatever happens: Hydra's end callbacks skip failed jobs."""
+    record = tracker.open_sweep(plan, command)
+    started = time.perf_counter()
+    status = "KILLED"
+    try:
+        yield
+        status = "FAILED" if outcome.failed else "FINISHED"
+    finally:
+        outcome.seconds["run"] = time.perf_counter() - started
+        failures = {
+            planned.command: outcome.failed[planned.fingerprint]
+            for planned in plan
+            if planned.fingerprint in outcome.failed
+        }
+        record.close(status, outcome.counts, failures)
 
-    return tracker.record(planned, simulate(planned.point, threads))
+
+def add_studies(plan: Plan, stored: Mapping[str, StoredRun], tracker: Tracker) -> None:
+    """Note of stored points that they belong to the studies of a plan."""
+    for planned in plan:
+        if planned.fingerprint in stored:
+            tracker.add_studies(stored[planned.fingerprint], planned.studies)
 
 
-def _close(summary: SweepRecord, status: str, plan: Sequence[PlannedPoint], outcome: Outcome) -> None:
-    failures = {
-        planned.command: repr(outcome.failed[planned.fingerprint])
-        for planned in plan
-        if planned.fingerprint in outcome.failed
-    }
-    summary.close(status, outcome.counts, failures)
+def describe_error(error: BaseException) -> str:
+    """An error in one line, with the place where it was raised."""
+    trace = error.__traceback__
+    while trace and trace.tb_next:
+        trace = trace.tb_next
+    place = f" ({trace.tb_frame.f_code.co_filename}:{trace.tb_lineno})" if trace else ""
+    return " ".join(f"{type(error).__name__}: {error}{place}".split())
+
+
+def _learn(
+    points: Sequence[PlannedPoint],
+    tracker: Tracker,
+    executor: Executor,
+    watcher: Watcher,
+    outcome: Outcome,
+    on_error: Literal["continue", "stop"],
+) -> None:
+    learning = 0.0
+
+    def ended(planned: PlannedPoint, result: LearningCurves | Exception) -> None:
+        nonlocal learning
+        if isinstance(result, Exception):
+            outcome.failed[planned.fingerprint] = describe_error(result)
+        else:
+            outcome.done += 1
+            outcome.moves += float(result.total_steps.sum())
+            learning += result.seconds
+        watcher.ended(planned, result)
+
+    claimed = _claimed(points, tracker, watcher, outcome)
+    with Recorder(tracker, ended) as recorder, closing(executor.learn(claimed)) as results:
+        for planned, result in results:
+            recorder.put(planned, result)
+            if on_error == "stop" and (outcome.failed or isinstance(result, Exception)):
+                break
+    outcome.seconds |= {"learning": learning, "recording": recorder.seconds}
+
+
+def _claimed(
+    points: Sequence[PlannedPoint], tracker: Tracker, watcher: Watcher, outcome: Outcome
+) -> Iterator[PlannedPoint | None]:
+    """Points as they can be claimed; None while others are at those that are left."""
+    left = points
+    while left:
+        busy = []
+        for planned in left:
+            if not tracker.claim(planned.fingerprint):
+                busy.append(planned)
+            elif stored := tracker.recorded_meanwhile(planned.fingerprint):
+                tracker.release(planned.fingerprint)
+                tracker.add_studies(stored, planned.studies)
+                outcome.elsewhere += 1
+                watcher.ended(planned, stored)
+            else:
+                watcher.started(planned)
+                yield planned
+        left = busy
+        if left:
+            yield None
+
+
+def _nothing() -> None:
+    pass

@@ -11,7 +11,7 @@ from typing import Any
 from omegaconf import DictConfig
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.sweep.build import build, is_setting, plain
+from rl_design_space.sweep.build import build, is_of_a_sweep, is_setting, plain
 from rl_design_space.sweep.compose import Composer, planned_point
 from rl_design_space.sweep.constraint import Constraint, constraints_of
 from rl_design_space.sweep.grid import as_overrides, expand
@@ -95,7 +95,7 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer
         constraints = constraints_of(node.get("constraints"))
     except ConfigError as error:
         raise ConfigError(f"study {name}, {error}") from error
-    of_points = [override for override in overrides if not override.startswith("study.")]
+    of_points = [override for override in overrides if not is_of_a_sweep(override)]
     for block, sweeps in blocks.items():
         try:
             grids.add(expand([*as_overrides(sweeps), *of_points], composer.parser), constraints)
@@ -104,7 +104,9 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer
     plan = grids.plan()
     if not plan:
         left_out = f" and its constraints drop all {plan.combinations} combinations" if plan.combinations else ""
-        raise ConfigError(f"study {name}: no design point in it; its blocks are {', '.join(blocks) or 'none'}{left_out}")
+        raise ConfigError(
+            f"study {name}: no design point in it; its blocks are {', '.join(blocks) or 'none'}{left_out}"
+        )
     return plan
 
 
@@ -115,7 +117,7 @@ def plan_overrides(overrides: Sequence[str], composer: Composer) -> Plan:
         ConfigError: as above.
     """
     grids = _Grids("", composer)
-    grids.add(expand(overrides, composer.parser), {})
+    grids.add(expand([override for override in overrides if not is_of_a_sweep(override)], composer.parser), {})
     return grids.plan()
 
 

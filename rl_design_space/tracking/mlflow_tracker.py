@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import getpass
+import hashlib
+import os
+import platform
 import shlex
 import shutil
 import subprocess
@@ -12,8 +15,9 @@ import time
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from typing import TYPE_CHECKING
+from uuid import uuid4
 
 from mlflow.entities import Metric, Param, RunTag
 from mlflow.exceptions import MlflowException
@@ -22,7 +26,8 @@ import rl_design_space
 from rl_design_space._paths import CONF
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import record
-from rl_design_space.tracking.read import finished_runs
+from rl_design_space.tracking.claims import claims_at
+from rl_design_space.tracking.index import finished_runs
 from rl_design_space.tracking.store import connect, sqlite_path
 from rl_design_space.tracking.tracker import StoredRun, SweepRecord
 
@@ -30,12 +35,13 @@ if TYPE_CHECKING:
     from mlflow import MlflowClient
 
     from rl_design_space.learning import LearningCurves
-    from rl_design_space.sweep.plan import PlannedPoint
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.sweep.plan import Plan, PlannedPoint
     from rl_design_space.tracking.options import MlflowTracking
 
 #: MLflow refuses larger batches.
 _METRICS_PER_BATCH = 1000
+#: Tags of ours: the machine that wrote a run; what the process of a sweep claims; why a run is not complete.
+_HOST_TAG, _SWEEP_TAG, _INCOMPLETE_TAG = "rl_design_space.host", "rl_design_space.sweep", "rl_design_space.incomplete"
 
 
 class MlflowTracker:
@@ -51,6 +57,8 @@ class MlflowTracker:
         self._points = _experiment(self._client, "experiment", options.experiment, options.uri)
         self._sweeps = _experiment(self._client, "sweeps", options.sweeps, options.uri)
         self._origin = _origin()
+        self._claims = claims_at(_claims_path(options.uri))
+        self._close_stale_runs()
 
     @property
     def location(self) -> str:
@@ -59,7 +67,27 @@ class MlflowTracker:
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """The complete runs among these points, by fingerprint."""
-        return finished_runs(self._client, self._points, fingerprints)
+        self._claims.forget()
+        return self._finished(fingerprints)
+
+    def claim(self, fingerprint: str) -> bool:
+        """Take a point upon this process; False while another one has it."""
+        return self._claims.take(fingerprint)
+
+    def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
+        """The complete run of a point that has come to be since `finished` was last asked, if any."""
+        if not self._claims.announced(fingerprint):
+            return None
+        return self._finished([fingerprint]).get(fingerprint)
+
+    def release(self, fingerprint: str) -> None:
+        """Give up a claim."""
+        self._claims.release(fingerprint)
+
+    def scalars(self, run: StoredRun) -> Mapping[str, float]:
+        """The numbers that sum a stored point up."""
+        metrics: Mapping[str, float] = self._client.get_run(run.run_id).data.metrics
+        return metrics
 
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
         """Store a point's result; the run is FINISHED only when everything is in."""
@@ -80,11 +108,12 @@ class MlflowTracker:
             with TemporaryDirectory() as folder:
                 record.write_artifacts(Path(folder), planned, curves)
                 self._client.log_artifacts(run_id, folder)
+            self._claims.announce(planned.fingerprint)
             self._client.set_terminated(run_id, "FINISHED")
         except BaseException:
             self._client.set_terminated(run_id, "FAILED")
             raise
-        return StoredRun(run_id, scalars, frozenset(planned.studies))
+        return StoredRun(run_id, frozenset(planned.studies))
 
     def add_studies(self, run: StoredRun, studies: Sequence[str]) -> None:
         """Note that a stored point belongs to these studies as well."""
@@ -93,13 +122,36 @@ class MlflowTracker:
             tags = [RunTag(key, value) for key, value in _study_tags(sorted(new)).items()]
             self._client.log_batch(run.run_id, tags=tags)
 
-    def open_sweep(self, study: Study) -> SweepRecord:
-        """Start the summary run of a sweep."""
-        tags = {**_study_tags([study.name]), **self._origin, "mlflow.note.content": f"`{study.command}`"}
-        run = self._client.create_run(self._sweeps, tags=tags, run_name=study.name)
+    def open_sweep(self, plan: Plan, command: str) -> SweepRecord:
+        """Start the summary run of a sweep that a command runs."""
+        claim = uuid4().hex
+        self._claims.take(claim)
+        tags = {
+            **_study_tags(plan.studies),
+            **self._origin,
+            _SWEEP_TAG: claim,
+            "mlflow.note.content": f"`{command}`",
+        }
+        run = self._client.create_run(self._sweeps, tags=tags, run_name=plan.name)
         summary = _MlflowSweep(self._client, run.info.run_id)
-        summary.write_plan(study.plan)
+        summary.write_plan(plan)
         return summary
+
+    def _finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        return finished_runs(self._client, self._options.uri, self._points, fingerprints)
+
+    def _close_stale_runs(self) -> None:
+        """Mark runs as KILLED whose process is gone: it was on this machine, and nobody claims what it was at."""
+        running = f"attributes.status = 'RUNNING' and tags.`{_HOST_TAG}` = '{self._origin[_HOST_TAG]}'"
+        for run in self._client.search_runs([self._points, self._sweeps], running):
+            claim = run.data.tags.get("fingerprint") or run.data.tags.get(_SWEEP_TAG)
+            if not claim or not self._claims.take(claim):
+                continue
+            # Asked again now that nobody can be writing to it: it may have ended in between.
+            if self._client.get_run(run.info.run_id).info.status == "RUNNING":
+                self._client.set_tag(run.info.run_id, _INCOMPLETE_TAG, "the process that wrote it has ended")
+                self._client.set_terminated(run.info.run_id, "KILLED")
+            self._claims.release(claim)
 
 
 class _MlflowSweep:
@@ -148,6 +200,14 @@ def _experiment(client: MlflowClient, key: str, name: str, uri: str) -> str:
         raise
 
 
+def _claims_path(uri: str) -> Path:
+    """Beside a SQLite database; for other stores, where all processes of the user on this machine find it."""
+    if database := sqlite_path(uri):
+        return database.with_name(f"{database.name}.claims")
+    store = hashlib.sha256(uri.encode()).hexdigest()[:16]
+    return Path(gettempdir()) / f"rl-design-space-{os.getuid()}" / f"{store}.claims"
+
+
 def _study_tags(studies: Sequence[str]) -> dict[str, str]:
     return {f"{record.STUDY_TAG}{study}": "true" for study in studies}
 
@@ -158,6 +218,7 @@ def _origin() -> dict[str, str]:
         "rl_design_space.version": rl_design_space.__version__,
         "mlflow.source.name": shlex.join(["rl-design-space", *sys.argv[1:]]),
         "mlflow.source.type": "LOCAL",
+        _HOST_TAG: platform.node(),
     }
     with suppress(OSError, KeyError):  # a user without a name
         tags["mlflow.user"] = getpass.getuser()

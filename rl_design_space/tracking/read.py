@@ -6,18 +6,15 @@ import os
 from collections.abc import Collection
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.record import PERIODS_FILE, STUDY_TAG, read_periods
+from rl_design_space.tracking.index import finished_runs
+from rl_design_space.tracking.record import PERIODS_FILE, read_periods
 from rl_design_space.tracking.store import connect, sqlite_path
 from rl_design_space.tracking.tracker import StoredRun
-
-if TYPE_CHECKING:
-    from mlflow import MlflowClient
-    from mlflow.entities import Run
 
 
 class RunReader:
@@ -31,6 +28,7 @@ class RunReader:
         database = sqlite_path(uri)
         if database and not database.exists():
             raise ConfigError.at("tracking.uri", uri, "no run has been recorded there yet")
+        self._uri = uri
         self._client = connect(uri)
         known = self._client.get_experiment_by_name(experiment)
         if known is None:
@@ -39,25 +37,10 @@ class RunReader:
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """The complete runs among these points, by fingerprint."""
-        return finished_runs(self._client, self._experiment, fingerprints)
+        return finished_runs(self._client, self._uri, self._experiment, fingerprints)
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
         """The arrays of a run's artifact: `steps` and `success` (periods, trials), `optimum`, every curve."""
         os.environ.setdefault("MLFLOW_ENABLE_ARTIFACTS_PROGRESS_BAR", "false")
         with TemporaryDirectory() as folder:
             return read_periods(Path(self._client.download_artifacts(run.run_id, PERIODS_FILE, folder)))
-
-
-def finished_runs(client: MlflowClient, experiment: str, fingerprints: Collection[str]) -> dict[str, StoredRun]:
-    """The complete runs of these points in an experiment, by fingerprint."""
-    found = {}
-    for fingerprint in fingerprints:
-        wanted = f"tags.fingerprint = '{fingerprint}' and attributes.status = 'FINISHED'"
-        for run in client.search_runs([experiment], wanted, max_results=1):
-            found[fingerprint] = _stored(run)
-    return found
-
-
-def _stored(run: Run) -> StoredRun:
-    studies = frozenset(tag.removeprefix(STUDY_TAG) for tag in run.data.tags if tag.startswith(STUDY_TAG))
-    return StoredRun(run.info.run_id, run.data.metrics, studies)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from rl_design_space.learning import LearningCurves
-    from rl_design_space.sweep.plan import PlannedPoint
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.sweep.plan import Plan, PlannedPoint
 
 
 @dataclass(frozen=True)
@@ -18,12 +17,10 @@ class StoredRun:
 
     Attributes:
         run_id: its id in the store; empty where nothing is recorded.
-        scalars: the numbers that sum it up, see `LearningCurves.scalars`.
         studies: the studies that it is known to belong to.
     """
 
     run_id: str
-    scalars: Mapping[str, float]
     studies: frozenset[str] = frozenset()
 
 
@@ -34,7 +31,7 @@ class SweepRecord(Protocol):
         """End it.
 
         Args:
-            status: FINISHED, FAILED or KILLED.
+            status: FINISHED, FAILED, or KILLED if it was stopped.
             counts: points by what became of them.
             failures: what went wrong, by the command that runs the point again.
         """
@@ -42,7 +39,10 @@ class SweepRecord(Protocol):
 
 
 class Tracker(Protocol):
-    """Records design points, each once, and knows which ones it has."""
+    """Records design points, each once, and knows which ones it has.
+
+    Several processes may record into one store. A point is learned by who has claimed it.
+    """
 
     @property
     def location(self) -> str:
@@ -53,16 +53,32 @@ class Tracker(Protocol):
         """The complete runs among these points, by fingerprint."""
         ...
 
+    def claim(self, fingerprint: str) -> bool:
+        """Take a point upon this process; False while another one has it."""
+        ...
+
+    def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
+        """The complete run of a point that has come to be since `finished` was last asked, if any."""
+        ...
+
+    def release(self, fingerprint: str) -> None:
+        """Give up a claim."""
+        ...
+
+    def scalars(self, run: StoredRun) -> Mapping[str, float]:
+        """The numbers that sum a stored point up, see `LearningCurves.scalars`."""
+        ...
+
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
-        """Store a point's result; the run is FINISHED only when everything is in."""
+        """Store the result of a claimed point; the run is FINISHED only when everything is in."""
         ...
 
     def add_studies(self, run: StoredRun, studies: Sequence[str]) -> None:
         """Note that a stored point belongs to these studies as well."""
         ...
 
-    def open_sweep(self, study: Study) -> SweepRecord:
-        """Start the summary run of a sweep."""
+    def open_sweep(self, plan: Plan, command: str) -> SweepRecord:
+        """Start the summary run of a sweep that a command runs."""
         ...
 
 
@@ -74,13 +90,25 @@ class NullTracker:
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         return {}
 
+    def claim(self, fingerprint: str) -> bool:
+        return True
+
+    def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
+        return None
+
+    def release(self, fingerprint: str) -> None:
+        pass
+
+    def scalars(self, run: StoredRun) -> Mapping[str, float]:
+        return {}
+
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
-        return StoredRun(run_id="", scalars=curves.scalars(planned.point.world.shape))
+        return StoredRun(run_id="")
 
     def add_studies(self, run: StoredRun, studies: Sequence[str]) -> None:
         pass
 
-    def open_sweep(self, study: Study) -> SweepRecord:
+    def open_sweep(self, plan: Plan, command: str) -> SweepRecord:
         return self
 
     def close(self, status: str, counts: Mapping[str, int], failures: Mapping[str, str]) -> None:

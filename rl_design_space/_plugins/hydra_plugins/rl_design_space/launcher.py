@@ -1,0 +1,82 @@
+"""The launchers that know design points: `hydra/launcher=design`, `design_dask`, `design_ray`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from hydra._internal.core_plugins.basic_launcher import BasicLauncher
+from hydra.core.utils import JobReturn
+
+if TYPE_CHECKING:
+    from rl_design_space.sweep.executor import Executor
+
+
+class DesignLauncher(BasicLauncher):
+    """Learns design points on the threads of this process; jobs of any other application one after the other.
+
+    Args:
+        dumps: whether each point leaves its resolved config and overrides in a folder of its own, beside its run.
+    """
+
+    def __init__(self, dumps: bool = False) -> None:
+        super().__init__()
+        self.dumps = dumps
+
+    def executor(self, threads: int) -> Executor:
+        """Who learns the points.
+
+        Args:
+            threads: cores of this machine that may learn.
+        """
+        from rl_design_space.sweep.executor import LocalExecutor
+
+        return LocalExecutor(threads)
+
+    def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> Sequence[JobReturn]:
+        """Run jobs for another sweeper."""
+        from rl_design_space.cli import application
+        from rl_design_space.sweep.command import launch
+
+        if self.task_function is not getattr(application, "__wrapped__", None):
+            return super().launch(job_overrides, initial_job_idx)
+        assert self.config is not None
+        return launch(job_overrides, self.config, self)
+
+
+class DesignDaskLauncher(DesignLauncher):
+    """Learns design points on a Dask cluster.
+
+    Args:
+        address: of its scheduler; if None, a cluster of this machine's cores is started.
+        chunk: points a task; if None, few enough that all workers stay busy to the end.
+        dumps: as above.
+    """
+
+    def __init__(self, address: str | None = None, chunk: int | None = None, dumps: bool = False) -> None:
+        super().__init__(dumps)
+        self._address, self._chunk = address, chunk
+
+    def executor(self, threads: int) -> Executor:
+        from rl_design_space.sweep.clusters.dask import DaskExecutor
+
+        return DaskExecutor(self._address, self._chunk, threads)
+
+
+class DesignRayLauncher(DesignLauncher):
+    """Learns design points on a Ray cluster.
+
+    Args:
+        address: of the cluster; if None, one of this machine's cores is started.
+        chunk: as above.
+        dumps: as above.
+    """
+
+    def __init__(self, address: str | None = None, chunk: int | None = None, dumps: bool = False) -> None:
+        super().__init__(dumps)
+        self._address, self._chunk = address, chunk
+
+    def executor(self, threads: int) -> Executor:
+        from rl_design_space.sweep.clusters.ray import RayExecutor
+
+        return RayExecutor(self._address, self._chunk, threads)

@@ -1,0 +1,40 @@
+"""The sweeper that knows design points: `hydra/sweeper=design`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hydra.core.plugins import Plugins
+from hydra.plugins.launcher import Launcher
+from hydra.plugins.sweeper import Sweeper
+from hydra.types import HydraContext, TaskFunction
+from omegaconf import DictConfig
+
+
+class DesignSweeper(Sweeper):
+    """Plans the points of studies and sweep overrides, each once, and runs those that are not stored.
+
+    Args:
+        params: sweep overrides by key; those of the command line replace them.
+    """
+
+    def __init__(self, params: Mapping[str, str] | None = None) -> None:
+        self._params = params or {}
+        self._config: DictConfig | None = None
+        self._launcher: Launcher | None = None
+
+    def setup(self, *, hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig) -> None:
+        """Take over what Hydra knows."""
+        self._config = config
+        self._launcher = Plugins.instance().instantiate_launcher(
+            hydra_context=hydra_context, task_function=task_function, config=config
+        )
+
+    def sweep(self, arguments: list[str]) -> Any:
+        """Run the sweep that these task overrides ask for."""
+        from rl_design_space.sweep.command import sweep
+
+        assert self._config is not None
+        assert self._launcher is not None
+        return sweep(arguments, self._params, self._config, self._launcher)
