@@ -19,9 +19,8 @@ if TYPE_CHECKING:
 
 #: What was typed; our sweeper asks for it.
 command_line: CommandLine | None = None
-_MULTIRUN = {"-m", "--multirun"}
-#: Jobs that Hydra has started. It takes a sweep that matches nothing for a success.
-_jobs = 0
+#: Jobs that sweepers of Hydra have had run. They take a sweep that matches nothing for a success.
+jobs = 0
 
 
 def main() -> None:
@@ -37,7 +36,7 @@ def main() -> None:
             command_line = read_command_line(sys.argv[1:])
             sys.argv[1:] = command_line.for_hydra
             application()
-            if not _jobs and not command_line.for_points and _MULTIRUN & set(command_line.typed):
+            if not jobs and command_line.foreign:
                 raise ConfigError("no design point in this sweep: one of its overrides matches nothing")
     except KeyboardInterrupt:
         print("interrupted; the same command goes on where this one stopped", file=sys.stderr)
@@ -51,8 +50,8 @@ def application(config: DictConfig) -> float:
     Returns:
         The objective of the point, see `objective` in conf/config.yaml.
     """
-    global _jobs
-    _jobs += 1
+    global jobs
+    jobs += 1
     if HydraConfig.get().mode == RunMode.MULTIRUN:
         return _run_point(config)
     # Here too, because Hydra adds a line of its own to every exception that leaves a job.

@@ -30,11 +30,13 @@ class CommandLine:
         typed: everything.
         for_hydra: what Hydra gets.
         for_points: what the points of a sweep take over.
+        foreign: whether it asks for a sweep by another sweeper than ours.
     """
 
     typed: tuple[str, ...] = ()
     for_hydra: tuple[str, ...] = ()
     for_points: tuple[str, ...] = ()
+    foreign: bool = False
 
     @property
     def command(self) -> str:
@@ -49,7 +51,7 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
         ConfigError: an argument is not an override, gives a value where an option is needed, or the flags and
             overrides do not go together.
     """
-    flags = get_args_parser().parse_known_args(arguments)[0]
+    flags = get_args_parser().parse_intermixed_args(arguments)
     overrides = [override for override in flags.overrides if _is_override(override)]
     try:
         parsed = OverridesParser.create().parse_overrides(overrides)
@@ -63,17 +65,16 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     values = {override.key_or_group: (override.input_line or "").partition("=")[2] for override in parsed}
     sweeps = [f"{key}={values[key]}" for key in ("study", "plan", "shard") if values.get(key, "null") not in _OFF]
     sweeper = values.get("hydra/sweeper", _OWN_SWEEPER)
-    if sweeper != _OWN_SWEEPER:
-        if sweeps:
-            raise ConfigError(f"{sweeps[0]} needs hydra/sweeper={_OWN_SWEEPER}, not {sweeper}")
-        return CommandLine(tuple(arguments), tuple(arguments))
-    if not (flags.multirun or sweeps):
-        return CommandLine(tuple(arguments), tuple(arguments))
+    if sweeper != _OWN_SWEEPER and sweeps:
+        raise ConfigError(f"{sweeps[0]} needs hydra/sweeper={_OWN_SWEEPER}, not {sweeper}")
+    # Flags first: Hydra itself does not understand overrides with flags between them.
+    in_order = [argument for argument in arguments if argument not in flags.overrides]
+    if sweeper != _OWN_SWEEPER or not (flags.multirun or sweeps):
+        return CommandLine(tuple(arguments), (*in_order, *flags.overrides), foreign=flags.multirun)
     for_points = tuple(override for override in overrides if not is_setting(override))
-    for_hydra = [argument for argument in arguments if argument not in for_points]
-    if not flags.multirun and not others and not flags.run:
-        for_hydra.append("--multirun")
-    return CommandLine(tuple(arguments), tuple(for_hydra), for_points)
+    settings = [override for override in flags.overrides if override not in for_points]
+    implied = [] if flags.multirun or flags.run or others else ["--multirun"]
+    return CommandLine(tuple(arguments), (*implied, *in_order, *settings), for_points)
 
 
 #: Values with which a setting asks for nothing.

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import ValueType
+from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
 from rl_design_space.design import DesignPoint
@@ -82,7 +83,7 @@ class Assembler:
             return None
         try:
             return self._assemble(overrides)
-        except (_NotPlainError, ConfigError):
+        except (_NotPlainError, ConfigError, HydraException):
             return None
 
     def _assemble(self, overrides: Sequence[str]) -> Parts:
@@ -105,9 +106,9 @@ class Assembler:
     def _parse_new(self, text: str) -> _Choice | _Value:
         override = self._parser.parse_override(text)
         plain = override.type.name == "CHANGE" and override.value_type == ValueType.ELEMENT and not override.package
-        if not plain or any(mark in text for mark in _UNRESOLVED):
+        value = override.value() if plain else None
+        if not plain or any(mark in str(value) for mark in _UNRESOLVED):  # in the text they may be escaped
             raise _NotPlainError
-        value = override.value()
         field, *path = override.key_or_group.split(".")
         if not path and field in self._groups:
             if not isinstance(value, str):

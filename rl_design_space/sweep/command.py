@@ -66,9 +66,11 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
     Raises:
         ConfigError: a value of a point is not allowed, or a setting differs from job to job.
     """
+    from rl_design_space import cli
     from rl_design_space.progress import Display
     from rl_design_space.terminal import console, failure_table
 
+    cli.jobs += len(job_overrides)
     settings = build_settings(config)
     if len({tuple(filter(is_setting, overrides)) for overrides in job_overrides}) > 1:
         raise ConfigError("a setting differs from job to job; settings hold for a whole sweep")

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import fields
-from functools import cached_property
+from functools import cache, cached_property
 from typing import cast
 
 import hydra
@@ -21,7 +21,7 @@ from rl_design_space._paths import CONF
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.assemble import Assembler, Parts
-from rl_design_space.sweep.build import build_values, make_point
+from rl_design_space.sweep.build import build_values, is_setting, make_point
 from rl_design_space.sweep.explain import explain
 from rl_design_space.sweep.plan import PlannedPoint
 
@@ -69,6 +69,8 @@ class Composer:
         self._repository = self._loader._parse_overrides_and_create_caching_repo(CONFIG_NAME, self._searchpath)[1]
         self._groups = set(self._repository.get_group_options("", ObjectType.GROUP))
         self._bases: dict[tuple[str, ...], DictConfig] = {}
+        self._is_setting = cache(is_setting)
+        self._valid_settings: set[tuple[str, ...]] = {()}
         self.parser = OverridesParser.create(config_loader=self._loader)
 
     def __call__(self, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
@@ -85,6 +87,10 @@ class Composer:
         Raises:
             ConfigError: as above.
         """
+        settings = tuple(filter(self._is_setting, overrides))
+        if settings not in self._valid_settings:
+            self.config(settings)
+            self._valid_settings.add(settings)
         return self._assembler(overrides) or parts_of(self.config(overrides))
 
     @cached_property

@@ -193,9 +193,11 @@ def _learn(
     on_error: Literal["continue", "stop"],
 ) -> None:
     learning = 0.0
+    claims: set[str] = set()
 
     def ended(planned: PlannedPoint, result: LearningCurves | Exception) -> None:
         nonlocal learning
+        claims.discard(planned.fingerprint)
         if isinstance(result, Exception):
             outcome.failed[planned.fingerprint] = describe_error(result)
         else:
@@ -204,17 +206,21 @@ def _learn(
             learning += result.seconds
         watcher.ended(planned, result)
 
-    claimed = _claimed(points, tracker, watcher, outcome)
-    with Recorder(tracker, ended) as recorder, closing(executor.learn(claimed)) as results:
-        for planned, result in results:
-            recorder.put(planned, result)
-            if on_error == "stop" and (outcome.failed or isinstance(result, Exception)):
-                break
+    claimed = _claimed(points, tracker, watcher, outcome, claims)
+    try:
+        with Recorder(tracker, ended) as recorder, closing(executor.learn(claimed)) as results:
+            for planned, result in results:
+                recorder.put(planned, result)
+                if on_error == "stop" and (outcome.failed or isinstance(result, Exception)):
+                    break
+    finally:
+        for fingerprint in claims:  # of points that were begun and not ended
+            tracker.release(fingerprint)
     outcome.seconds |= {"learning": learning, "recording": recorder.seconds}
 
 
 def _claimed(
-    points: Sequence[PlannedPoint], tracker: Tracker, watcher: Watcher, outcome: Outcome
+    points: Sequence[PlannedPoint], tracker: Tracker, watcher: Watcher, outcome: Outcome, claims: set[str]
 ) -> Iterator[PlannedPoint | None]:
     """Points as they can be claimed; None while others are at those that are left."""
     left = points
@@ -229,6 +235,7 @@ def _claimed(
                 outcome.elsewhere += 1
                 watcher.ended(planned, stored)
             else:
+                claims.add(planned.fingerprint)
                 watcher.started(planned)
                 yield planned
         left = busy

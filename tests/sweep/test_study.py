@@ -11,28 +11,26 @@ from omegaconf import OmegaConf
 
 from rl_design_space.design import AdHoc, DesignPoint, Direction, Linear, Task, Torus
 from rl_design_space.errors import ConfigError
-from rl_design_space.sweep.arguments import split_arguments
 from rl_design_space.sweep.compose import Composer, shipped_config
 from rl_design_space.sweep.grid import expand
-from rl_design_space.sweep.plan import PlannedPoint
-from rl_design_space.sweep.study import Study, load_study, plan_study
+from rl_design_space.sweep.plan import Dropped, Plan
+from rl_design_space.sweep.study import Study, load_study, plan_overrides, plan_study, union
 
 
 @pytest.fixture
 def planned(composer: Composer):
     """Plan a study of these blocks, as if it were a file of conf/study called `mine`."""
 
-    def plan(blocks: Any, *overrides: str) -> list[PlannedPoint]:
-        return plan_study("mine", OmegaConf.create({"study": {"blocks": blocks}}), overrides, composer)
+    def plan(blocks: Any, *overrides: str, name: str = "mine", **more: Any) -> Plan:
+        return plan_study(name, OmegaConf.create({"study": {"blocks": blocks, **more}}), overrides, composer)
 
     return plan
 
 
 @pytest.fixture
-def table4(composer: Composer, monkeypatch: pytest.MonkeyPatch):
+def table4(composer: Composer):
     """Load Table 4 with these overrides; all tests share what was composed."""
-    monkeypatch.setattr("rl_design_space.sweep.study.Composer", lambda: composer)
-    return lambda *overrides: load_study("table4", overrides)
+    return lambda *overrides: load_study("table4", overrides, composer)
 
 
 def cells(study: Study) -> set[tuple[str, float, object, int]]:
@@ -206,39 +204,115 @@ def test_a_study_without_a_report_says_so(table4):
 
 
 def test_expanding_keeps_what_is_no_sweep(composer: Composer):
-    assert expand(["world.size=[3,4]", "seed=1,2", "task.goals=1"], composer.parser) == [
+    assert list(expand(["world.size=[3,4]", "seed=1,2", "task.goals=1"], composer.parser)) == [
         ("world.size=[3,4]", "seed=1", "task.goals=1"),
         ("world.size=[3,4]", "seed=2", "task.goals=1"),
     ]
 
 
+# Constraints.
+
+SIZES = {"a": {"world.size": "4,6", "msa": "none,length_3,length_5"}}
+TOO_LONG = {"drop": "max(msa.lengths, default=1) >= min(world.shape)", "why": "goes all the way round"}
+
+
+def test_a_constraint_drops_points_and_says_how_many_and_why(planned):
+    found = planned(SIZES, constraints={"too_long": TOO_LONG})
+    assert [p.name for p in found] == [
+        "world.size=4 msa=none",
+        "world.size=4 msa=length_3",
+        *(f"world.size=6 msa={msa}" for msa in ("none", "length_3", "length_5")),
+    ]
+    assert found.dropped == (Dropped("mine", "too_long", "goes all the way round", 1),)
+    assert (found.combinations, found.duplicates) == (6, 0)
+
+
+def test_a_point_is_dropped_by_the_first_constraint_that_applies(planned):
+    every = {"drop": "world.size == 4", "why": "small"}
+    found = planned(SIZES, constraints={"too_long": TOO_LONG, "small": every, "never": {"drop": "False", "why": "-"}})
+    assert [(dropped.constraint, dropped.count) for dropped in found.dropped] == [("small", 2), ("too_long", 1)]
+    assert len(found) == 3
+
+
 @pytest.mark.parametrize(
-    ("argument", "is_for_points"),
+    ("drop", "left"),
     [
-        ("task.periods=5", True),
-        ("world.size=4,5", True),
-        ("+learner.extra=1", True),
-        ("++seed=1", True),
-        ("representation=direction", True),
-        ("threadsafe.x=1", True),
-        ("outputs=x", False),
-        ("threads=1", False),
-        ("tracking=none", False),
-        ("tracking.uri=sqlite:///x.db", False),
-        ("~tracking", False),
-        ("hydra.verbose=true", False),
-        ("hydra/launcher=basic", False),
-        ("study.report.title=x", False),
-        ("--config-dir=mine", False),
-        ("-m", False),
-        ("--help", False),
+        ("representation == 'direction'", {"ad_hoc"}),
+        ("representation in {'ad_hoc'}", {"direction"}),
+        ("representation == 'direction' and representation.goals == 'all'", {"ad_hoc"}),
+        ("task.goals < 3 or seed > 0 or world.size != 10", {"ad_hoc", "direction"}),
     ],
 )
-def test_arguments_are_split_into_those_of_hydra_and_those_of_points(argument: str, is_for_points: bool):
-    expected = (["study=table4"], [argument]) if is_for_points else (["study=table4", argument], [])
-    assert split_arguments(["study=table4", argument]) == expected
+def test_an_expression_sees_options_by_name_and_values_by_key(planned, drop: str, left: set[str]):
+    found = planned({"a": {"representation": "ad_hoc,direction"}}, constraints={"c": {"drop": drop, "why": "because"}})
+    assert {p.options["representation"] for p in found} == left
 
 
-def test_without_a_study_all_arguments_are_hydras():
-    arguments = ["task.periods=5", "-m", "world.size=4,5"]
-    assert split_arguments(arguments) == (arguments, [])
+def test_combinations_that_cannot_be_points_may_be_dropped(planned):
+    # Four goals and the start do not fit on four cells.
+    blocks = {"a": {"world.size": "2,3", "task.goals": "3,4"}}
+    with pytest.raises(ConfigError, match=r"task\.goals=4: start and goals lie on different cells"):
+        planned(blocks)
+    room = {"drop": "task.goals >= world.shape[0] * world.shape[1]", "why": "no room"}
+    assert len(planned(blocks, constraints={"room": room})) == 3
+
+
+@pytest.mark.parametrize(
+    ("constraints", "message"),
+    [
+        ({"c": {"drop": "world.siz > 3", "why": "-"}}, "block a: constraint c: drop=world.siz > 3: "),
+        ({"c": {"drop": "open('x')", "why": "-"}}, "name 'open' is not defined"),
+        ({"c": {"drop": "world.size >", "why": "-"}}, "should be a Python expression"),
+        ({"c": {"drop": "True"}}, "study mine, constraints.c.why"),
+        ({"c": {"drop": "True", "why": "-", "wy": "-"}}, "wy: no such key; did you mean constraints.c.why?"),
+        ({"c": "True"}, "should be a mapping of names to {drop: EXPRESSION, why: REASON}"),
+        (["True"], "should be a mapping of names to {drop: EXPRESSION, why: REASON}"),
+        ({"c": {"drop": "True", "why": "-"}}, "its constraints drop all 6 combinations"),
+    ],
+    ids=str,
+)
+def test_what_is_wrong_with_a_constraint_is_told(planned, constraints: object, message: str):
+    with pytest.raises(ConfigError) as caught:
+        planned(SIZES, constraints=constraints)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith("study mine")
+
+
+# Several studies.
+
+
+def test_studies_share_their_common_points(planned):
+    mine = planned({"a": {"world.size": "4,5"}})
+    yours = planned({"a": {"world.size": "5,6"}}, name="yours")
+    both = union([mine, yours])
+    assert [(p.name, p.studies) for p in both] == [
+        ("world.size=4", ("mine",)),
+        ("world.size=5", ("mine", "yours")),
+        ("world.size=6", ("yours",)),
+    ]
+    assert (both.name, both.studies, both.combinations, both.duplicates) == ("mine,yours", ("mine", "yours"), 4, 1)
+
+
+# Plans.
+
+
+def test_the_axes_of_a_plan_are_what_its_points_differ_in(composer: Composer):
+    found = plan_overrides(["representation=ad_hoc,direction", "world.size=4,5,6", "seed=7"], composer)
+    assert found.axes == {
+        "representation": {"ad_hoc": 3, "direction": 3},
+        "world.size": {"4": 2, "5": 2, "6": 2},
+    }
+    assert (len(found), found.studies, found.name) == (6, (), "sweep")
+
+
+@pytest.mark.parametrize("of", [1, 2, 3, 7, 20])
+def test_shards_are_the_whole_plan_each_point_once(composer: Composer, of: int):
+    sweeps = ["world.size=range(4,14)", "seed=0,1"]
+    found = plan_overrides(sweeps, composer)
+    shards = [found.shard(number, of) for number in range(1, of + 1)]
+    assert sorted(p.name for shard in shards for p in shard) == sorted(p.name for p in found)
+    assert max(map(len, shards)) - min(map(len, shards)) <= 1
+    assert {shard.whole for shard in shards} == {20}
+    # Whatever order the points were asked for in.
+    other = plan_overrides(sweeps[::-1], composer)
+    assert {p.fingerprint for p in other.shard(1, of)} == {p.fingerprint for p in shards[0]}

@@ -1,4 +1,4 @@
-"""A tracker that keeps everything in memory."""
+"""A tracker that keeps everything in memory, and a watcher that remembers what it is told."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from rl_design_space.learning import LearningCurves
-from rl_design_space.sweep.plan import PlannedPoint
-from rl_design_space.sweep.study import Study
+from rl_design_space.sweep.plan import Plan, PlannedPoint
 from rl_design_space.tracking.tracker import StoredRun
 
 
@@ -15,7 +14,8 @@ from rl_design_space.tracking.tracker import StoredRun
 class MemorySweep:
     """A summary run."""
 
-    study: str
+    name: str
+    command: str
     status: str = "RUNNING"
     counts: dict[str, int] = field(default_factory=dict)
     failures: dict[str, str] = field(default_factory=dict)
@@ -30,27 +30,67 @@ class MemoryTracker:
     """Stored runs by fingerprint, and summary runs."""
 
     runs: dict[str, StoredRun] = field(default_factory=dict)
+    values: dict[str, Mapping[str, float]] = field(default_factory=dict)
     sweeps: list[MemorySweep] = field(default_factory=list)
     #: Raised when the points with these names are recorded.
     errors: Mapping[str, BaseException] = field(default_factory=dict)
+    claimed: set[str] = field(default_factory=set)
+    #: Points that somebody else is at, and how often to say so before they are found recorded, or given up.
+    busy: dict[str, int] = field(default_factory=dict)
+    records_of_others: set[str] = field(default_factory=set)
     location: str = "memory"
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         return {fingerprint: self.runs[fingerprint] for fingerprint in fingerprints if fingerprint in self.runs}
 
+    def claim(self, fingerprint: str) -> bool:
+        if self.busy.get(fingerprint, 0) > 0:
+            self.busy[fingerprint] -= 1
+            return False
+        assert fingerprint not in self.claimed, "claimed twice"
+        self.claimed.add(fingerprint)
+        if fingerprint in self.records_of_others:
+            self.runs[fingerprint] = StoredRun(f"run {len(self.runs)}")
+        return True
+
+    def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
+        return self.runs.get(fingerprint)
+
+    def release(self, fingerprint: str) -> None:
+        self.claimed.discard(fingerprint)
+
+    def scalars(self, run: StoredRun) -> Mapping[str, float]:
+        return self.values[run.run_id]
+
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
+        assert planned.fingerprint in self.claimed, "recorded by somebody who had not claimed it"
         if planned.name in self.errors:
             raise self.errors[planned.name]
         assert planned.fingerprint not in self.runs, "recorded twice"
-        scalars = curves.scalars(planned.point.world.shape)
-        self.runs[planned.fingerprint] = StoredRun(f"run {len(self.runs)}", scalars, frozenset(planned.studies))
-        return self.runs[planned.fingerprint]
+        run = self.runs[planned.fingerprint] = StoredRun(f"run {len(self.runs)}", frozenset(planned.studies))
+        self.values[run.run_id] = curves.scalars(planned.point.world.shape)
+        return run
 
     def add_studies(self, run: StoredRun, studies: Sequence[str]) -> None:
         for fingerprint, stored in self.runs.items():
             if stored.run_id == run.run_id:
                 self.runs[fingerprint] = replace(stored, studies=stored.studies | set(studies))
 
-    def open_sweep(self, study: Study) -> MemorySweep:
-        self.sweeps.append(MemorySweep(study.name))
+    def open_sweep(self, plan: Plan, command: str) -> MemorySweep:
+        self.sweeps.append(MemorySweep(plan.name, command))
         return self.sweeps[-1]
+
+
+@dataclass
+class Memory:
+    """What a watcher is told: names of points that started, and names and results of those that ended."""
+
+    started_points: list[str] = field(default_factory=list)
+    results: dict[str, LearningCurves | StoredRun | Exception] = field(default_factory=dict)
+
+    def started(self, planned: PlannedPoint) -> None:
+        self.started_points.append(planned.name)
+
+    def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
+        assert planned.name not in self.results, "ended twice"
+        self.results[planned.name] = result

@@ -10,11 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from omegaconf import OmegaConf
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
-from rl_design_space.sweep.study import Study
+from rl_design_space.sweep.plan import Plan
 from rl_design_space.tracking import record
 from tests.tracking.stores import learned, options
 
@@ -35,8 +34,11 @@ def runs(client, experiment: str = "design points") -> list:
     return client.search_runs([client.get_experiment_by_name(experiment).experiment_id])
 
 
-def study_of(*points) -> Study:
-    return Study("mine", ("world.size=4",), OmegaConf.create(), list(points))
+COMMAND = "rl-design-space study=mine world.size=4"
+
+
+def plan_of(*points) -> Plan:
+    return Plan(points, studies=("mine", "yours"))
 
 
 def test_a_recorded_point_is_found_by_its_fingerprint(tracker):
@@ -46,7 +48,8 @@ def test_a_recorded_point_is_found_by_its_fingerprint(tracker):
     assert set(found) == {one.fingerprint}
     assert found[one.fingerprint].run_id == stored.run_id
     assert found[one.fingerprint].studies == stored.studies == {"a"}
-    assert {name: found[one.fingerprint].scalars[name] for name in stored.scalars} == stored.scalars
+    scalars = tracker.scalars(stored)
+    assert {name: scalars[name] for name in curves.scalars((4, 4))} == curves.scalars((4, 4))
 
 
 @pytest.mark.parametrize("status", ["RUNNING", "FAILED", "KILLED", "SCHEDULED"])
@@ -219,12 +222,12 @@ def test_a_user_without_a_name_can_record(error: type[Exception], database: Path
 
 def test_a_sweep_has_a_summary_run_with_its_plan(tracker, client):
     points = [learned(override)[0] for override in ("seed=0", "exploration=linear")]
-    summary = tracker.open_sweep(study_of(*points))
+    summary = tracker.open_sweep(plan_of(*points), COMMAND)
     (run,) = runs(client, "sweeps")
     assert run.info.status == "RUNNING"
-    assert run.info.run_name == "mine"
-    assert run.data.tags["study.mine"] == "true"
-    assert "rl-design-space study=mine world.size=4" in run.data.tags["mlflow.note.content"]
+    assert run.info.run_name == "mine,yours"
+    assert run.data.tags["study.mine"] == run.data.tags["study.yours"] == "true"
+    assert COMMAND in run.data.tags["mlflow.note.content"]
     summary.close("FINISHED", {"already": 1, "done": 2, "failed": 0}, {})
     (run,) = runs(client, "sweeps")
     assert run.info.status == "FINISHED"
@@ -243,7 +246,7 @@ def test_a_sweep_has_a_summary_run_with_its_plan(tracker, client):
 
 @pytest.mark.parametrize("status", ["FAILED", "KILLED"])
 def test_a_summary_run_tells_what_failed(status: str, tracker, client):
-    summary = tracker.open_sweep(study_of(learned()[0]))
+    summary = tracker.open_sweep(plan_of(learned()[0]), COMMAND)
     summary.close(status, {"failed": 1}, {"rl-design-space world.size=4": 'ValueError("a, b\nc")'})
     (run,) = runs(client, "sweeps")
     assert run.info.status == status
