@@ -8,6 +8,8 @@ import os
 from functools import cache
 from pathlib import Path
 
+from rl_design_space.errors import ConfigError
+
 #: A digest in hexadecimal digits, and the end of its line.
 _LINE = 65
 
@@ -24,6 +26,7 @@ class Claims:
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
+        self._path = path
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
         self._mine: set[str] = set()
         self._read = 0
@@ -31,13 +34,22 @@ class Claims:
         self.forget()
 
     def take(self, name: str) -> bool:
-        """Claim a name; False if anybody has it, this process included."""
+        """Claim a name; False if anybody has it, this process included.
+
+        Raises:
+            ConfigError: the file lies where there are no locks, as on some network file systems.
+        """
         if name in self._mine:
             return False
         try:
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _place(name))
         except (BlockingIOError, PermissionError):  # which of them depends on the system
             return False
+        except OSError as error:
+            raise ConfigError(
+                f"{self._path}: files cannot be locked here ({error.strerror}); keep the store on a local disk, "
+                "or use a tracking server"
+            ) from error
         self._mine.add(name)
         return True
 

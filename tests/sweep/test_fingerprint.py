@@ -14,6 +14,7 @@ import pytest
 
 from rl_design_space._paths import CONF
 from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Task, Torus, Walled
+from rl_design_space.design.identity import absent_as
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.sweep.compose import OPTION_GROUPS, Composer
@@ -37,7 +38,7 @@ def test_fingerprints_stay_as_they_were():
     found = fingerprint(DesignPoint())
     assert (version, expected) == (KERNEL_VERSION, found), (
         "results stored under the old fingerprint of a point are not found any more. That is right if the same point "
-        "now gives other results (KERNEL_VERSION was raised, or an option has a new field or default); otherwise "
+        "now gives other results (KERNEL_VERSION was raised, or an option has a new field without `absent_as`, or a new default); otherwise "
         f"identical points are learned anew. If it is meant, record GOLDEN = ({KERNEL_VERSION}, {found!r})"
     )
 
@@ -235,3 +236,36 @@ def test_a_field_that_is_no_plain_value_is_told(tmp_path, monkeypatch: pytest.Mo
 
     with pytest.raises(ConfigError, match="plain value"):
         fingerprint(DesignPoint(exploration=Steps()))
+
+
+# Fields that come later.
+
+
+def grown(**later: object) -> type[Torus]:
+    """The torus as it may be one day: with other fields, and still called by its name."""
+    added = [(name, type(value.default), value) for name, value in later.items()]
+    kind = make_dataclass("Torus", added, bases=(Torus,), frozen=True, kw_only=True)
+    kind.__module__ = Torus.__module__
+    return kind
+
+
+def of_world(world: Torus) -> str:
+    return fingerprint(replace(DesignPoint(), world=world))
+
+
+def test_a_field_that_stands_for_what_was_before_keeps_fingerprints():
+    windy = grown(wind=field(default=0.0, metadata=absent_as(0.0)), holes=field(default=(), metadata=absent_as(())))
+    assert of_world(windy(size=7)) == of_world(Torus(size=7))
+    assert of_world(windy(size=7, wind=-0.0)) == of_world(Torus(size=7))
+    assert of_world(windy(size=7, wind=0.5)) != of_world(Torus(size=7))
+    assert of_world(windy(size=7, holes=(3,))) != of_world(Torus(size=7))
+
+
+def test_a_field_without_that_changes_fingerprints():
+    assert of_world(grown(wind=field(default=0.0))(size=7)) != of_world(Torus(size=7))
+
+
+def test_a_default_that_changes_later_does_not_change_what_stands_for_absence():
+    windy = grown(wind=field(default=0.5, metadata=absent_as(0.0)))
+    assert of_world(windy(size=7, wind=0.0)) == of_world(Torus(size=7))
+    assert of_world(windy(size=7)) != of_world(Torus(size=7))

@@ -255,3 +255,78 @@ def test_a_summary_run_tells_what_failed(status: str, tracker, client):
         assert list(csv.DictReader(file)) == [
             {"command": "rl-design-space world.size=4", "error": 'ValueError("a, b\nc")'}
         ]
+
+
+# Others, and what they leave behind.
+
+
+def test_a_run_whose_process_is_gone_is_closed_at_the_next_start(tracker, database: Path, client):
+    planned, curves = learned()
+    with pytest.MonkeyPatch.context() as patch:
+        # As if the process had been killed right before the commit mark, or had stayed.
+        patch.setattr(type(client), "set_terminated", lambda *_: None)
+        run_id = tracker.record(planned, curves).run_id
+        summary = tracker.open_sweep(plan_of(planned), COMMAND)
+    claims = tracker._claims
+    claims.take(planned.fingerprint)
+    options(database).open()
+    # Somebody is still at them: nothing happens.
+    assert [run.info.status for run in (*runs(client), *runs(client, "sweeps"))] == ["RUNNING", "RUNNING"]
+    claims.release(planned.fingerprint)
+    claims.release(client.get_run(summary._run_id).data.tags["rl_design_space.sweep"])
+    options(database).open()
+    for run in (*runs(client), *runs(client, "sweeps")):
+        assert run.info.status == "KILLED"
+        assert run.info.end_time
+        assert run.data.tags["rl_design_space.incomplete"] == "the process that wrote it has ended"
+    assert {run.info.run_id for run in runs(client)} == {run_id}
+
+
+@pytest.mark.parametrize("tag", ["rl_design_space.host", "fingerprint"])
+def test_a_run_of_another_machine_or_of_somebody_else_is_left_alone(tag: str, tracker, database: Path, client):
+    run_id = tracker.record(*learned()).run_id
+    client.update_run(run_id, status="RUNNING")
+    if tag == "fingerprint":
+        client.delete_tag(run_id, tag)
+    else:
+        client.set_tag(run_id, tag, "elsewhere")
+    options(database).open()
+    assert client.get_run(run_id).info.status == "RUNNING"
+
+
+def test_what_another_tracker_records_is_known_when_it_is_claimed(tracker, database: Path):
+    planned, curves = learned()
+    assert tracker.finished([planned.fingerprint]) == {}
+    assert tracker.recorded_meanwhile(planned.fingerprint) is None
+    stored = options(database).open().record(planned, curves)
+    found = tracker.recorded_meanwhile(planned.fingerprint)
+    assert found is not None
+    assert found.run_id == stored.run_id
+
+
+def test_a_record_that_breaks_off_is_not_taken_for_one(tracker, monkeypatch: pytest.MonkeyPatch):
+    planned, curves = learned()
+    tracker.finished([])
+    set_terminated = type(tracker._client).set_terminated
+
+    def fail(self, run_id: str, status: str) -> None:
+        set_terminated(self, run_id, "FAILED")
+        raise OSError("no space left")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(type(tracker._client), "set_terminated", fail)
+        with pytest.raises(OSError, match="no space left"):
+            tracker.record(planned, curves)
+    # It was announced, but the store is asked.
+    assert tracker._claims.announced(planned.fingerprint)
+    assert tracker.recorded_meanwhile(planned.fingerprint) is None
+
+
+def test_claims_of_a_server_lie_where_all_processes_of_the_user_find_them(monkeypatch, tmp_path: Path):
+    from rl_design_space.tracking.mlflow_tracker import _claims_path
+
+    monkeypatch.setattr("rl_design_space.tracking.mlflow_tracker.gettempdir", lambda: str(tmp_path))
+    one, same, other = (_claims_path(uri) for uri in ("http://a:5000", "http://a:5000", "http://b:5000"))
+    assert one == same != other
+    assert one.is_relative_to(tmp_path)
+    assert _claims_path(f"sqlite:///{tmp_path}/x.db") == tmp_path / "x.db.claims"

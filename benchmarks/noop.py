@@ -1,0 +1,81 @@
+"""The command `rl-design-space` with points that learn nothing, to see what else a point costs.
+
+`python -m benchmarks.noop ARGUMENTS` ends with a line of JSON: CPU seconds and resident memory of the process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import sys
+from typing import Any
+
+import numpy as np
+
+from rl_design_space.design import DesignPoint
+from rl_design_space.learning import LearningCurves, simulation
+from rl_design_space.sweep import command
+
+
+class _Nothing:
+    """Stands for learning: there is nothing to do, and the curves are ready."""
+
+    has_work = False
+
+    def __init__(self, point: DesignPoint, threads: int | None = 1) -> None:
+        pass
+
+    def work(self) -> bool:
+        return True
+
+    def stop(self) -> None:
+        pass
+
+    def curves(self) -> LearningCurves:
+        return _CURVES
+
+
+_CURVES = LearningCurves(
+    steps=np.ones((2, 10), dtype=np.int32),
+    success=np.ones((2, 10), dtype=np.bool_),
+    optimum=np.ones(2, dtype=np.int32),
+    epsilon=np.zeros(10),
+    seconds=1e-6,
+)
+
+
+def _resident() -> int:
+    """Bytes of memory that the process occupies now."""
+    with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123 - a file of the system, not of ours
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def _report() -> None:
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    figures = {"cpu": used.ru_utime + used.ru_stime, "bytes": _resident()}
+    print(json.dumps(figures), file=sys.stderr)
+
+
+def main() -> None:
+    """Run the command, and report while everything it keeps is still there."""
+    from rl_design_space import cli
+
+    simulation.Learning = _Nothing  # type: ignore[assignment, misc]
+    simulation.simulate = lambda point, threads=None: _CURVES
+    # A sweep of ours has everything it keeps when it says what became of it; one of Hydra's, at the end.
+    close = command._close
+
+    def close_and_report(*arguments: Any) -> None:
+        close(*arguments)
+        _report()
+
+    command._close = close_and_report  # type: ignore[assignment]
+    before = cli.jobs
+    cli.main()
+    if cli.jobs > before:
+        _report()
+
+
+if __name__ == "__main__":
+    main()
