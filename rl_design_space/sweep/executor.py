@@ -16,8 +16,9 @@ from rl_design_space.sweep.plan import PlannedPoint
 if TYPE_CHECKING:
     from rl_design_space.learning.simulation import Learning
 
-#: Seconds that threads are given to notice that they are to stop, and between two looks whether they are to.
-_PATIENCE, _MOMENT = 3, 0.2
+#: Seconds that threads are given to notice that they are to stop; between two looks whether they are to, or whether
+#: there is a point again; and whether one that is about to begin has work for two.
+_PATIENCE, _MOMENT, _GLANCE = 3, 0.2, 0.002
 
 
 class _End(Enum):
@@ -88,6 +89,8 @@ class _Work:
         self._points = points
         self._threads = threads
         self._under_way: dict[Learning, PlannedPoint] = {}
+        #: Points that a thread has taken and is not yet learning; they may need help in a moment.
+        self._beginning = 0
         self._taking, self._changing = Lock(), Lock()
         self._stopping = False
 
@@ -99,8 +102,8 @@ class _Work:
                     self._learn(planned)
                 elif not self._help():
                     sleep(_MOMENT)
-            while self._help():
-                pass
+            while not self._stopping and (self._help() or self._beginning):
+                sleep(_GLANCE)
         except BaseException as error:
             self._tell(error)
         else:
@@ -115,7 +118,11 @@ class _Work:
 
     def _next(self) -> PlannedPoint | Literal[_End.END] | None:
         with self._taking:
-            return _END if self._stopping else next(self._points, _END)
+            planned = _END if self._stopping else next(self._points, _END)
+            if isinstance(planned, PlannedPoint):
+                with self._changing:
+                    self._beginning += 1
+            return planned
 
     def _learn(self, planned: PlannedPoint) -> None:
         from rl_design_space.learning.simulation import Learning
@@ -125,8 +132,12 @@ class _Work:
         except Exception as error:
             self._tell((planned, error))
             return
-        with self._changing:
-            self._under_way[learning] = planned
+        else:
+            with self._changing:
+                self._under_way[learning] = planned
+        finally:
+            with self._changing:
+                self._beginning -= 1
         self._join(learning, planned)
 
     def _help(self) -> bool:

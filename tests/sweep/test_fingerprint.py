@@ -38,7 +38,8 @@ def test_fingerprints_stay_as_they_were():
     found = fingerprint(DesignPoint())
     assert (version, expected) == (KERNEL_VERSION, found), (
         "results stored under the old fingerprint of a point are not found any more. That is right if the same point "
-        "now gives other results (KERNEL_VERSION was raised, or an option has a new field without `absent_as`, or a new default); otherwise "
+        "now gives other results (KERNEL_VERSION was raised, or an option has a new default, or a new field without "
+        "`absent_as`); otherwise "
         f"identical points are learned anew. If it is meant, record GOLDEN = ({KERNEL_VERSION}, {found!r})"
     )
 
