@@ -72,10 +72,14 @@ class Display:
         with self._lock:
             self._under_way[planned.fingerprint] = planned.name
 
+    def learned(self, planned: PlannedPoint) -> None:
+        """A point waits to be recorded."""
+        with self._lock:
+            self._under_way.pop(planned.fingerprint, None)
+
     def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         """A point has been recorded, or has failed, which is shown at once."""
         with self._lock:
-            self._under_way.pop(planned.fingerprint, None)
             self._ended += 1
             self._work_left -= _work(planned)
             self._times.append(monotonic())

@@ -104,6 +104,9 @@ class _Objectives:
     def started(self, planned: PlannedPoint) -> None:
         self.display.started(planned)
 
+    def learned(self, planned: PlannedPoint) -> None:
+        self.display.learned(planned)
+
     def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         if isinstance(result, LearningCurves):
             scalars = result.scalars(planned.point.world.shape)

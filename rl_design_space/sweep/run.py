@@ -26,6 +26,10 @@ class Watcher(Protocol):
         """A point is about to be learned."""
         ...
 
+    def learned(self, planned: PlannedPoint) -> None:
+        """A point has been learned, or has failed; it waits to be recorded."""
+        ...
+
     def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         """A point has been recorded, by this process or by another one; or it has failed."""
         ...
@@ -210,6 +214,7 @@ def _learn(
     try:
         with Recorder(tracker, ended) as recorder, closing(executor.learn(claimed)) as results:
             for planned, result in results:
+                watcher.learned(planned)
                 recorder.put(planned, result)
                 if on_error == "stop" and (outcome.failed or isinstance(result, Exception)):
                     break

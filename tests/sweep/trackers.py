@@ -91,6 +91,9 @@ class Memory:
     def started(self, planned: PlannedPoint) -> None:
         self.started_points.append(planned.name)
 
+    def learned(self, planned: PlannedPoint) -> None:
+        assert planned.name in self.started_points, "learned before it was begun"
+
     def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         assert planned.name not in self.results, "ended twice"
         self.results[planned.name] = result
