@@ -46,7 +46,7 @@ def sweep(arguments: Sequence[str], params: Mapping[str, str], config: DictConfi
     line = cli.command_line
     started = perf_counter()
     settings = build_settings(config)
-    overrides = [*(f"{key}={value}" for key, value in params.items()), *arguments, *(line.for_points if line else ())]
+    overrides = [*(f"{key}={value}" for key, value in params.items()), *(line.for_points if line else ()), *arguments]
     plan = _plan(overrides, config, settings)
     seconds = {"plan": perf_counter() - started}
     command = line.command if line else ""

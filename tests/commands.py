@@ -1,0 +1,58 @@
+"""The real commands, run in a folder of their own."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import subprocess
+import sysconfig
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+SCRIPTS = Path(sysconfig.get_path("scripts"))
+
+Completed = subprocess.CompletedProcess[str]
+Command = Callable[..., Completed]
+
+
+def environment(folder: Path, **more: str) -> dict[str, str]:
+    """Variables for a command that runs in a folder: its own temporary folder, wide output, no tracebacks."""
+    inherited = {name: value for name, value in os.environ.items() if not name.startswith(("HYDRA_", "MLFLOW_"))}
+    own = {"TMPDIR": str(folder / "temporary"), "PYTHONPATH": str(folder / "own"), "COLUMNS": "400", "NO_COLOR": "1"}
+    return {**inherited, **own, **more}
+
+
+def commands_in(folder: Path) -> Command:
+    """Run a command in a folder; whatever it does, it may write nothing beside its outputs."""
+    (folder / "temporary").mkdir()
+    (folder / "own").mkdir()
+
+    def run(*words: str, status: int = 0, outputs: str = "out", **variables: str) -> Completed:
+        program, *arguments = words
+        full = [str(SCRIPTS / program) if program.startswith("rl-") else program, *arguments, f"outputs={outputs}"]
+        before = _tree(folder)
+        done = subprocess.run(
+            full, cwd=folder, env=environment(folder, **variables), capture_output=True, text=True, timeout=120
+        )
+        assert done.returncode == status, done.stdout + done.stderr
+        assert _tree(folder) == before
+        return done
+
+    return run
+
+
+def runs(folder: Path, experiment: str = "design points", outputs: str = "out") -> list[tuple[str, str]]:
+    """Name and status of the recorded runs."""
+    query = (
+        "select runs.name, runs.status from runs join experiments using (experiment_id) "
+        "where experiments.name = ? order by runs.start_time"
+    )
+    with closing(sqlite3.connect(folder / outputs / "mlflow.db")) as database:
+        return database.execute(query, [experiment]).fetchall()
+
+
+def _tree(folder: Path) -> set[Path]:
+    """Everything in a folder but what lies in its outputs."""
+    outside = {path for path in folder.rglob("*") if "__pycache__" not in path.parts}
+    return {path for path in outside if not path.is_relative_to(folder / "out")}
