@@ -1,0 +1,273 @@
+"""Points are put together without Hydra where that gives what Hydra would compose, and only there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import hydra
+import pytest
+import yaml
+from hydra.errors import HydraException
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from omegaconf.errors import OmegaConfBaseException
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.sweep.assemble import Assembler
+from rl_design_space.sweep.compose import CONFIG_NAME, Composer, parts_of, planned_point, shipped_config
+from rl_design_space.sweep.plan import PlannedPoint
+from tests.sweep.test_compose import FILES, override_lists
+
+Overrides = Sequence[str]
+
+#: Overrides that say something in another way than `group=option` or `key=value`, or that Hydra refuses.
+UNUSUAL = (
+    *("world='walled'", 'world="walled"', "world=[walled]", "world=null", "world=walled.yaml", "world=/walled"),
+    *("/world=walled", "world=../msa/none", "world@reward=torus", "world@world=walled", "+world=walled"),
+    *("++world=walled", "~world", "++world.size=7", "+world.depth=3", "~world.size", "world.size=range(4,6)"),
+    *("world.size=", "world.size=int(5)", "world.size='5'", "world.size=5.0", "world.size=[4,'5']", "world.size.x=5"),
+    *("world={size:5}", "task={goals:2}", "task=null", "msa.lengths.0=3", "msa.lengths=2", "seed=0x10", "seed=+1"),
+    *("seed=1e3", "seed=true", "seed=null", "seed=", "seed.x=1", "exploration.epsilon=nan"),
+    *("exploration.epsilon=inf", "exploration.epsilon=.5", "seed=\\${x}", "seed='${task.goals}'"),
+    *("reward.step=\\'1\\'", "reward.step=' 1 '", "world._target_=rl_design_space.design.Walled"),
+    *("world._target_=torus", "world._target_=null", "outputs='a b'", "threads=0", "shard=9/2", "objective=word"),
+    *("tracking=null", "~tracking", "tracking=none", "study=table4", "study=none_such", "hydra.verbose=true"),
+    *("+hydra.x=1", "seed", "world.size=[", "task.goals=1 2", "über=1", "study.x=1"),
+)
+
+
+def outcome(how: Callable[[Overrides], PlannedPoint], overrides: Overrides) -> object:
+    """A planned point in full, its types included; or that there is none."""
+    try:
+        planned = how(overrides)
+    except ConfigError:
+        return "refused"
+    assert planned.overrides == tuple(overrides)
+    return repr(planned.point), dict(planned.options), planned.fingerprint
+
+
+def by_hydra(overrides: Overrides, searchpath: Overrides = ()) -> PlannedPoint:
+    try:
+        config = hydra.compose(CONFIG_NAME, [*searchpath, *overrides], return_hydra_config=True)
+    except (ValueError, HydraException, OmegaConfBaseException) as error:  # Hydra has no error of its own for some
+        raise ConfigError(str(error)) from error
+    return planned_point(parts_of(config), overrides)
+
+
+@pytest.fixture(scope="module")
+def composer() -> Iterator[Composer]:
+    """One for all tests, so that no point may leave a trace in those after it."""
+    with shipped_config():
+        yield Composer()
+
+
+def _values() -> dict[str, list[str]]:
+    """What the files under conf/ say of each key, and a few numbers."""
+    found: dict[str, set[str]] = {}
+    for group, files in FILES.items():
+        for file in files:
+            for field, value in yaml.safe_load(file.read_text(encoding="utf-8")).items():
+                if field != "_target_":
+                    found.setdefault(f"{group}.{field}", {"2"}).add(str(value))
+    found.pop("tracking.uri")  # interpolates
+    found |= {key: {"1", "2", "7"} for key in ("seed", "task.goals", "task.trials", "task.periods", "task.max_steps")}
+    return {key: sorted(values) for key, values in found.items()}
+
+
+#: Values that are allowed, by key.
+VALUES = _values()
+#: The options that are chosen by default.
+DEFAULTS = {"torus", "ad_hoc", "constant", "none", "many_rewards", "q_learning", "sqlite"}
+
+
+@st.composite
+def plain_override_lists(draw: st.DrawFn) -> list[str]:
+    """Options, and values that their keys allow, in any order: most of these make a point."""
+    options, keys = [], [key for key in VALUES if key.partition(".")[0] not in FILES]
+    for group, files in FILES.items():
+        if file := draw(st.sampled_from([None, *files])):
+            options.append(f"{group}={file.stem}")
+        else:
+            file = next(file for file in files if file.stem in DEFAULTS)
+        fields = yaml.safe_load(file.read_text(encoding="utf-8"))
+        keys += [f"{group}.{field}" for field in fields if f"{group}.{field}" in VALUES]
+    chosen = draw(st.lists(st.sampled_from(keys), max_size=6))
+    return draw(st.permutations(options + [f"{key}={draw(st.sampled_from(VALUES[key]))}" for key in chosen]))
+
+
+@settings(deadline=None, max_examples=20)
+@given(overrides=override_lists())
+def test_a_point_of_any_overrides_is_that_of_hydra(overrides: list[str], composer: Composer):
+    assert outcome(composer, overrides) == outcome(by_hydra, overrides)
+
+
+@settings(deadline=None, max_examples=20)
+@given(overrides=plain_override_lists())
+def test_a_point_of_plain_overrides_is_that_of_hydra(overrides: list[str], composer: Composer):
+    assert outcome(composer, overrides) == outcome(by_hydra, overrides)
+
+
+@pytest.mark.parametrize("override", UNUSUAL)
+def test_an_unusual_override_does_what_it_does_in_hydra(override: str, composer: Composer):
+    assert outcome(composer, [override]) == outcome(by_hydra, [override])
+
+
+# Options of a user's own, of which some do more than an option that is shipped.
+
+CONSTANT = "_target_: rl_design_space.design.Constant\n"
+SIGMOIDAL = "_target_: rl_design_space.design.Sigmoidal\n"
+LENGTHS = "_target_: rl_design_space.design.MultiStepActions\n"
+TORUS = "_target_: rl_design_space.design.Torus\n"
+NOWHERE = "_target_: rl_design_space.tracking.NoTracking"
+WALLED = "_target_: rl_design_space.design.Walled\n"
+OWN = {
+    "world/wide.yaml": f"{TORUS}size: [7, 4]\n",
+    "world/torus.yaml": f"{TORUS}size: 6\n",  # has the name of one that is shipped
+    "world/based.yaml": "defaults: [torus, _self_]\nsize: 12\n",
+    "world/before_its_base.yaml": "defaults: [_self_, torus]\nsize: 12\n",
+    "world/itself.yaml": f"defaults: [_self_]\n{TORUS}size: 5\n",
+    "world/elsewhere.yaml": "# @package reward\nstep: -0.25\n",
+    "world/own/nested.yaml": f"{WALLED}size: 9\n",
+    "world/unfinished.yaml": f"{TORUS}size: ???\n",
+    "world/partial.yaml": "size: 5\n",
+    "world/empty.yaml": "",
+    "world/list.yaml": "[torus, walled]\n",
+    "world/unknown_key.yaml": f"{TORUS}size: 5\ndepth: {{of: 3}}\n",
+    "world/of_all.yaml": f"# @package _global_\nworld: {{{WALLED.strip()}, size: 8}}\nreward: {{step: -0.5}}\n",
+    "exploration/choosing.yaml": (
+        "# @package _global_\ndefaults: [_self_, override /world: walled]\n"
+        f"exploration: {{{CONSTANT.strip()}, epsilon: 0.2}}\n"
+    ),
+    "exploration/choosing_wrongly.yaml": f"defaults: [_self_, override /world: walled]\n{CONSTANT}epsilon: 0.2\n",
+    "exploration/adding.yaml": f"defaults: [_self_, /reward@_global_.learner: end_reward]\n{CONSTANT}epsilon: 0.2\n",
+    "exploration/by_size.yaml": f"{SIGMOIDAL}p: 3.0\nq: ${{world.size}}\n",
+    "exploration/by_key.yaml": f"{SIGMOIDAL}p: 3.0\nq: ${{.p}}\n",
+    "msa/by_goals.yaml": f"{LENGTHS}lengths: ['${{task.goals}}']\n",
+    "msa/with_gamma.yaml": f"# @package _global_\nmsa: {{{LENGTHS.strip()}, lengths: [4]}}\nlearner: {{gamma: 0.5}}\n",
+    # Settings are not options of a point, but may say something of points all the same.
+    "tracking/choosing.yaml": f"# @package _global_\ndefaults: [override /world: walled]\ntracking: {{{NOWHERE}}}\n",
+    "tracking/of_all.yaml": f"# @package _global_\nreward: {{step: -0.75}}\ntracking: {{{NOWHERE}}}\n",
+    "study/choosing.yaml": "# @package _global_\ndefaults: [override /world: walled]\nstudy: {blocks: {}}\n",
+}
+
+
+@pytest.fixture(scope="module")
+def searchpath(tmp_path_factory: pytest.TempPathFactory) -> Overrides:
+    folder = tmp_path_factory.mktemp("own options")
+    for name, text in OWN.items():
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    return [f"hydra.searchpath=['file://{folder}']"]
+
+
+@pytest.fixture(scope="module")
+def own_composer(searchpath: Overrides) -> Iterator[Composer]:
+    with shipped_config():
+        yield Composer(searchpath)
+
+
+def own_option(file: str) -> str:
+    """`world/own/nested.yaml` as one chooses it."""
+    group, _, option = file.removesuffix(".yaml").partition("/")
+    return f"{group}={option}"
+
+
+@pytest.mark.parametrize("file", OWN)
+def test_an_option_of_ones_own_does_what_it_does_in_hydra(file: str, own_composer: Composer, searchpath: Overrides):
+    overrides = [own_option(file)]
+    assert outcome(own_composer, overrides) == outcome(lambda given: by_hydra(given, searchpath), overrides)
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["exploration=choosing", "world=torus"],
+        ["exploration=choosing", "tracking=of_all"],
+        ["exploration=by_size", "world=wide", "world.size=3"],
+        ["world=of_all", "reward=end_reward"],
+        ["world=elsewhere", "reward=end_reward"],
+        ["msa=with_gamma", "learner.gamma=0.25"],
+        ["exploration=adding", "reward=each_success"],
+        ["world=own/nested", "world.size=11", "task.goals=2"],
+        ["world=list", "world.size=11"],
+        ["msa=by_goals", "task.goals=4"],
+    ],
+    ids=" ".join,
+)
+def test_options_of_ones_own_go_together_as_in_hydra(
+    overrides: list[str], own_composer: Composer, searchpath: Overrides
+):
+    assert outcome(own_composer, overrides) == outcome(lambda given: by_hydra(given, searchpath), overrides)
+
+
+def test_the_options_of_this_file_are_of_many_kinds(own_composer: Composer):
+    # All others are refused, by Hydra as well, or say what the shipped ones say.
+    points = {own_option(file): outcome(own_composer, [own_option(file)]) for file in OWN}
+    assert len({str(point) for point in points.values()}) > 12
+
+
+# Which way it goes.
+
+
+@pytest.fixture
+def composed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """The overrides of every composition by Hydra."""
+    calls: list[list[str]] = []
+    original = hydra.compose
+
+    def counted(name: str, overrides: list[str], **more: bool) -> object:
+        calls.append(overrides)
+        return original(name, overrides, **more)
+
+    monkeypatch.setattr(hydra, "compose", counted)
+    return calls
+
+
+def test_plain_points_take_one_composition_in_all(composed: list[list[str]]):
+    options = [f"{group}={file.stem}" for group, files in FILES.items() for file in files if group != "tracking"]
+    values = ["seed=3", "task.goals=1", "world.size=[4,5]", "learner.gamma=0.5", "learner.ties=first", "outputs=there"]
+    quoted = ["world='walled'", "exploration.epsilon=.5", "reward.step=-1e-1"]
+    with shipped_config():
+        composer = Composer()
+        for overrides in [[], *([option, *values] for option in options), quoted, quoted[::-1]]:
+            composer(overrides)
+    assert composed == [[]]
+
+
+def test_plain_options_of_ones_own_take_none_either(composed: list[list[str]], searchpath: Overrides):
+    with shipped_config():
+        composer = Composer(searchpath)
+        for overrides in (["world=wide"], ["world=itself", "seed=1"], ["world=wide", "exploration=linear"]):
+            composer(overrides)
+    assert composed == [searchpath]
+
+
+@pytest.fixture
+def assembled(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Whether each point was put together without Hydra."""
+    found: list[bool] = []
+    original = Assembler.__call__
+
+    def watched(self: Assembler, overrides: Overrides) -> object:
+        parts = original(self, overrides)
+        found.append(parts is not None)
+        return parts
+
+    monkeypatch.setattr(Assembler, "__call__", watched)
+    return found
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        *("exploration=choosing", "exploration=adding", "exploration=by_size", "exploration=by_key", "msa=by_goals"),
+        *("msa=with_gamma", "world=of_all", "world=elsewhere", "world=based", "world=unfinished", "world=none_such"),
+        *("world.size=${seed}", "seed=${oc.decode:'5'}", "seed=???", "world.size=x", "++world.size=7", "~world.size"),
+        *("+world.depth=1", "world.depth=1", "task={goals:2}", "world=[walled]", "world@reward=torus", "world=null"),
+        *("seed=1,2", "nothing=1", "task.goals.of=1"),
+    ],
+)
+def test_what_is_not_plain_is_left_to_hydra(override: str, own_composer: Composer, assembled: list[bool]):
+    outcome(own_composer, [override])
+    assert assembled == [False]

@@ -1,0 +1,147 @@
+"""Hydra's flags and tab completion: they do what they do in every application, and at once."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+
+#: What takes seconds to import, and nothing here has a use for.
+SLOW = {"mlflow", "numba", "pandas", "seaborn"}
+
+#: The command, with a list of everything that it has imported.
+COMMAND = """
+import atexit, os, sys
+from pathlib import Path
+atexit.register(lambda: Path(os.environ["IMPORTED"]).write_text("\\n".join(sys.modules)))
+sys.argv[0] = "rl-design-space"
+from rl_design_space.cli import main
+main()
+"""
+
+Completed = subprocess.CompletedProcess[str]
+Command = Callable[..., Completed]
+
+
+@pytest.fixture
+def command(tmp_path: Path) -> Command:
+    """Run the command in an empty folder; it may neither write anything nor import what is slow."""
+    folder, imported = tmp_path / "empty", tmp_path / "imported"
+    folder.mkdir()
+
+    def run(*words: str, status: int = 0, **variables: str) -> Completed:
+        inherited = {name: value for name, value in os.environ.items() if not name.startswith(("HYDRA_", "MLFLOW_"))}
+        done = subprocess.run(
+            [sys.executable, "-c", COMMAND, *words],
+            cwd=folder,
+            env={**inherited, "IMPORTED": str(imported), "COLUMNS": "200", "NO_COLOR": "1", **variables},
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert done.returncode == status, done.stdout + done.stderr
+        assert list(folder.iterdir()) == []
+        assert SLOW & set(imported.read_text(encoding="utf-8").split()) == set()
+        return done
+
+    return run
+
+
+def test_help_lists_the_options(command: Command):
+    lines = command("--help").stdout.splitlines()
+    assert "world: torus, walled" in lines
+    assert "representation: ad_hoc, direct, direction, distance" in lines
+
+
+def test_the_config_of_a_job_is_shown(command: Command):
+    config = yaml.safe_load(command("--cfg", "job", "world=walled", "world.size=5").stdout)
+    assert config["world"] == {"_target_": "rl_design_space.design.Walled", "size": 5}
+    assert config["task"]["goals"] == 3
+    assert "hydra" not in config
+
+
+def test_the_config_of_hydra_is_shown(command: Command):
+    config = yaml.safe_load(command("--cfg", "hydra").stdout)["hydra"]
+    assert config["sweeper"]["_target_"] == "hydra_plugins.rl_design_space.sweeper.DesignSweeper"
+    assert config["launcher"]["_target_"] == "hydra_plugins.rl_design_space.launcher.DesignLauncher"
+
+
+def test_our_plugins_are_among_those_of_hydra(command: Command):
+    names = command("--info", "plugins").stdout.split()
+    assert {"DesignSweeper", "DesignLauncher", "DesignDaskLauncher", "DesignRayLauncher"} <= set(names)
+
+
+def test_where_the_defaults_come_from_is_shown(command: Command):
+    rows = [[cell.strip() for cell in line.split("|")] for line in command("--info", "defaults").stdout.splitlines()]
+    packages = {row[1]: row[2] for row in rows if len(row) > 2}
+    assert packages["world/torus"] == "world"
+    assert packages["hydra/sweeper/design"] == "hydra.sweeper"
+    assert packages["hydra/launcher/design"] == "hydra.launcher"
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("world=", {"world=torus", "world=walled"}),
+        ("study=", {"study=table4"}),
+        ("hydra/launcher=", {"hydra/launcher=design", "hydra/launcher=design_dask", "hydra/launcher=design_ray"}),
+        ("exploration=linear exploration.s", {"exploration.start="}),
+        ("-m world=walled task.g", {"task.goals="}),
+    ],
+)
+def test_the_tab_key_offers_what_there_is(typed: str, offered: set[str], command: Command):
+    line = f"rl-design-space {typed}"
+    done = command("-sc", "query=bash", COMP_LINE=line, COMP_POINT=str(len(line)))
+    words = set(done.stdout.split())
+    assert offered <= words
+    assert all(word.startswith(typed.split()[-1]) for word in words)
+
+
+def test_a_shell_is_told_how_to_complete(command: Command):
+    assert "rl-design-space" in command("-sc", "install=bash").stdout
+
+
+def test_the_config_of_a_study_is_shown(command: Command):
+    config = yaml.safe_load(command("study=table4", "--cfg", "job").stdout)
+    assert set(config["study"]["blocks"]) == {"ad_hoc", "direction"}
+
+
+@pytest.mark.parametrize(
+    ("words", "points"),
+    [(("plan=true",), 1), (("plan=true", "study=table4"), 18), (("plan=true", "-m", "seed=1,2"), 2)],
+)
+def test_a_plan_runs_nothing_and_writes_nothing(words: tuple[str, ...], points: int, command: Command):
+    done = command(*words)
+    assert f"0 recorded already, {points} to run" in done.stdout
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("-m", "--cfg", "job"), "--multirun and --cfg do not go together"),
+        (("study=table4", "hydra/sweeper=basic"), "study=table4 needs hydra/sweeper=design, not basic"),
+        (("-m", "plan=true", "hydra/sweeper=optuna"), "plan=true needs hydra/sweeper=design, not optuna"),
+        # For these, Hydra and OmegaConf raise errors that are not theirs.
+        (("=1",), "=1: "),
+        (("study=5",), "study=5: "),
+        (("hydra/launcher=5",), "hydra/launcher=5: "),
+        (("~world=5",), "~world=5: "),
+        (("-m", "msa.lengths.x=1"), "msa.lengths.x=1: "),
+    ],
+    ids=lambda value: value if isinstance(value, str) else " ".join(value),
+)
+def test_what_does_not_go_together_is_one_line_and_status_two(words: tuple[str, ...], message: str, command: Command):
+    done = command(*words, status=2)
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"error: {message}")
+    assert done.stdout == ""
+
+
+def test_no_study_is_what_there_is_by_default(command: Command):
+    assert command("study=null", "--cfg", "job").stdout == command("--cfg", "job").stdout

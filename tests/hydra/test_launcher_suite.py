@@ -1,0 +1,76 @@
+"""Hydra's own tests of launchers, on ours: to an application that is not this one it is a launcher like any other.
+
+`BatchedSweeperTestSuite` cannot be run: the sweeper that it launches batches with is only in Hydra's repository.
+`hydra/launcher=design_dask` and `design_ray` are not run: they inherit everything that is tested here.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hydra.core.plugins import Plugins
+from hydra.test_utils.launcher_common_tests import IntegrationTestSuite, LauncherTestSuite
+from hydra.version import VersionBase
+from packaging.version import Version
+
+from rl_design_space._paths import CONF, make_plugins_known
+
+# The applications of the suites ask for no version of Hydra in particular, of which Hydra warns.
+pytestmark = pytest.mark.filterwarnings("ignore:(?s).*Future Hydra versions will no longer change working directory")
+
+#: These applications have folders of options of their own; `hydra/launcher/design.yaml` lies in ours.
+SEARCHPATH = f"hydra.searchpath=[file://{CONF}]"
+
+
+@pytest.fixture(autouse=True)
+def our_plugins(monkeypatch: pytest.MonkeyPatch, hydra_restore_singletons: None) -> None:
+    """Hydra knows our plugins for one test, in this process and in those that it starts; nothing else was set up."""
+    # What the applications of the suites get that ask for no version, unless another test has asked for one.
+    VersionBase.instance().setbase(Version("1.1"))
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setenv("PYTHONPATH", os.environ.get("PYTHONPATH", ""))
+    make_plugins_known()
+    # Hydra looks for plugins once a process, which may have been before they were known.
+    plugins = Plugins.instance()
+    from hydra_plugins.rl_design_space.launcher import DesignLauncher
+
+    plugins.register(DesignLauncher)
+
+
+@pytest.mark.parametrize(("launcher_name", "overrides"), [("design", [SEARCHPATH])], ids=["design"])
+class TestDesignLauncher(LauncherTestSuite):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("task_launcher_cfg", "extra_flags"), [({}, ["-m", SEARCHPATH, "hydra/launcher=design"])], ids=["design"]
+)
+class TestDesignLauncherIntegration(IntegrationTestSuite):
+    pass
+
+
+OLD_APPLICATION = """
+import os
+import hydra
+
+@hydra.main(version_base="1.1", config_path=None)
+def application(config):
+    print("runs in", os.getcwd())
+
+application()
+"""
+
+
+def test_an_application_of_an_earlier_hydra_runs_as_it_did(tmp_path: Path):
+    # Hydra 1.1 ran each job in a folder of its own.
+    (tmp_path / "application.py").write_text(OLD_APPLICATION, encoding="utf-8")
+    flags = ["-m", SEARCHPATH, "hydra/launcher=design", "hydra.sweep.dir=there"]
+    done = subprocess.run(
+        [sys.executable, "application.py", *flags], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    assert f"runs in {tmp_path}/there/0" in done.stdout.splitlines()
