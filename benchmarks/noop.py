@@ -40,6 +40,7 @@ _CURVES = LearningCurves(
     steps=np.ones((2, 10), dtype=np.int32),
     success=np.ones((2, 10), dtype=np.bool_),
     optimum=np.ones(2, dtype=np.int32),
+    rows=np.ones((2, 2), dtype=np.int32),
     epsilon=np.zeros(10),
     seconds=1e-6,
 )

@@ -21,8 +21,8 @@ from benchmarks.peers import Missing, load, ours
 from benchmarks.tables import spread
 from rl_design_space import DesignPoint, simulate
 from rl_design_space.design import AdHoc, Direct, Direction, Distance, Linear, Representation, Task, Torus
+from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.lanes import LANES
-from rl_design_space.learning.simulation import available_threads
 from rl_design_space.learning.streams import layouts
 
 OURS, TEXTBOOK = ours.TITLE, "C, textbook"

@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 import hydra
+from hydra.core.config_store import ConfigStore
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import DictConfig
@@ -34,6 +35,7 @@ def main() -> None:
     try:
         with shown_as_messages():
             command_line = read_command_line(sys.argv[1:])
+            _keep_options_in_one_copy()
             sys.argv[1:] = command_line.for_hydra
             application()
             if not jobs and command_line.foreign:
@@ -59,6 +61,14 @@ def application(config: DictConfig) -> float:
         return _run_point(config)
 
 
+def _keep_options_in_one_copy() -> None:
+    """Let Hydra share its store of built-in options instead of copying it a hundred times for `--help`.
+
+    Nothing changes the store once the plugins are loaded, and what is read from it is copied anyway.
+    """
+    ConfigStore.__deepcopy__ = lambda self, _: self  # type: ignore[attr-defined]
+
+
 def _run_point(config: DictConfig) -> float:
     from rl_design_space.sweep.build import build_settings
     from rl_design_space.sweep.compose import parts_of, planned_point
@@ -69,7 +79,7 @@ def _run_point(config: DictConfig) -> float:
     run = HydraConfig.get()
     settings = build_settings(config)
     planned = planned_point(parts_of(config, run.runtime.choices), run.overrides.task)
-    tracker = settings.tracking.open()
+    tracker = settings.tracking.open(command_line.command if command_line else planned.command)
     stored, scalars, learned = run_point(
         planned,
         tracker,

@@ -67,7 +67,11 @@ def plan_lines(plan: Plan) -> list[str]:
     """How the points of a plan were counted."""
     dropped = [f"- {each.count:,} dropped by {each.constraint} of {each.study}: {each.why}" for each in plan.dropped]
     repeated = [f"- {plan.duplicates:,} that are the same point as another one"] if plan.duplicates else []
-    return [f"{plan.combinations:,} combinations", *dropped, *repeated, f"= {plan.whole:,} points"]
+    return [_counted(plan.combinations, "combination"), *dropped, *repeated, f"= {_counted(plan.whole, 'point')}"]
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
 def outcome_line(plan: Plan, outcome: Outcome, location: str) -> str:
@@ -80,7 +84,7 @@ def outcome_line(plan: Plan, outcome: Outcome, location: str) -> str:
     if counts["left"]:
         parts.append(f"{counts['left']:,} not run")
     spent = ", ".join(f"{name} {duration(seconds)}" for name, seconds in outcome.seconds.items())
-    return f"{plan.name}: {len(plan):,} points, {', '.join(parts)}; in {location} ({spent})"
+    return f"{plan.name}: {_counted(len(plan), 'point')}, {', '.join(parts)}; in {location} ({spent})"
 
 
 def duration(seconds: float) -> str:

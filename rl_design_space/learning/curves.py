@@ -23,6 +23,8 @@ class LearningCurves:
         steps: (periods, trials) int32, primitive moves until the final goal; the step cap where it was missed.
         success: (periods, trials) bool, whether the final goal was reached.
         optimum: (periods,) int32, fewest moves possible.
+        rows: (periods, 2) int32, rows of the Q-matrix, one an observation that a period can meet, and those of them
+            that anything was learned for: an action has another value than at the start.
         epsilon: (trials,) float64, the exploration schedule.
         seconds: wall time of learning.
     """
@@ -30,6 +32,7 @@ class LearningCurves:
     steps: NDArray[np.int32]
     success: NDArray[np.bool_]
     optimum: NDArray[np.int32]
+    rows: NDArray[np.int32]
     epsilon: FloatArray
     seconds: float
 

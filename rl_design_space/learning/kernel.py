@@ -30,7 +30,7 @@ from rl_design_space.learning.lanes import (
     index,
 )
 from rl_design_space.learning.moving import move_on, move_once, sort_by_length
-from rl_design_space.learning.periods import begin_period, begin_trial, swap
+from rl_design_space.learning.periods import begin_period, begin_trial, end_period, swap
 from rl_design_space.learning.updating import keep, propagate, update
 
 
@@ -55,7 +55,9 @@ class Rules(NamedTuple):
 
 
 @compiled_and_kept
-def learn(next_cell, lengths, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success):
+def learn(
+    next_cell, lengths, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success, rows
+):  # fmt: skip
     """Learn periods, as many side by side as there are lanes.
 
     The call returns when it has taken up all its periods and a lane falls free; what still runs goes on at the next
@@ -76,6 +78,7 @@ def learn(next_cell, lengths, threshold, rules, observation, first, layout, gene
         drain: whether to go on until no period runs.
         steps: (periods, trials) int32, written: primitive moves of every trial.
         success: (periods, trials) bool, written: whether the final goal was reached.
+        rows: (periods, 2) int32, written: rows of the Q-matrix, and those of them that anything was learned for.
     """
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
@@ -102,7 +105,7 @@ def learn(next_cell, lengths, threshold, rules, observation, first, layout, gene
             period = first + begun
             codes = observation[begun].ravel()
             layout_of, state = layout[period], generator[period]
-            begin_period(lanes, running, period, codes, layout_of, state, n_actions, rules.initial_q)
+            begin_period(lanes, running, period, codes, layout_of, state, n_actions, rules.initial_q, rows)
             start = index(layout[period, 0])
             begin_trial(numbers, values, q, entries, running, 0, start, threshold, observations, lengths)
             running += 1
@@ -138,6 +141,7 @@ def learn(next_cell, lengths, threshold, rules, observation, first, layout, gene
                 start = index(layout[period, 0])
                 begin_trial(numbers, values, q, entries, lane, trial + 1, start, threshold, observations, lengths)
             else:
+                end_period(numbers, q, index(lane), observations, n_actions, rules.initial_q, rows, period)
                 # The last lane takes its place; it has had its turn.
                 running -= 1
                 swap(numbers, values, lane, running)

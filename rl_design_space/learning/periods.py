@@ -66,15 +66,29 @@ def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
 
 
 @compiled
-def begin_period(lanes, lane, period, codes, layout, state, n_actions, initial_q):
+def begin_period(lanes, lane, period, codes, layout, state, n_actions, initial_q, rows):
     """Give a lane its next period, with a fresh Q-matrix."""
     home = np.int64(lanes.numbers[HOME + lane])
     first = home * lanes.q.shape[1]
     n_rows = _enter(codes, layout, first, n_actions, lanes.entries[home], lanes.known_codes, lanes.known_rows)
+    rows[period, 0] = n_rows
     lanes.q[home, : n_rows * n_actions] = initial_q
     lanes.numbers[PERIOD + lane] = period
     for word in range(4):
         lanes.numbers[S0 + index(word * LANES) + lane] = state[word]
+
+
+@compiled
+def end_period(numbers, q, lane, observations, n_actions, initial_q, rows, period):
+    """Count the rows of a lane's Q-matrix that anything was learned for."""
+    first = np.int64(numbers[HOME + lane] * observations) * n_actions
+    learned = 0
+    for row in range(rows[period, 0]):
+        for action in range(n_actions):
+            if q[first + row * n_actions + action] != initial_q:
+                learned += 1
+                break
+    rows[period, 1] = learned
 
 
 @compiled

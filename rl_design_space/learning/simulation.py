@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.curves import LearningCurves
 from rl_design_space.learning.kernel import learn
 from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes
@@ -24,11 +24,6 @@ _CODES_IN_FLIGHT = 24_000
 #: Bytes that the Q-matrices of all lanes of a thread may take, so that they stay in a processor's cache; lanes that
 #: it takes even so, lest every decision wait for the last one; and bytes that they may take at all.
 _CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
-
-
-def available_threads() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
@@ -74,6 +69,7 @@ class Learning:
         self._generator = behaviour_states(point.seed, task.periods)
         self._steps = np.empty((task.periods, task.trials), dtype=np.int32)
         self._success = np.empty((task.periods, task.trials), dtype=np.bool_)
+        self._rows = np.empty((task.periods, 2), dtype=np.int32)
         self._observations, n_actions = task.goals * cells, 4 * len(self._tables.lengths)
         self._lanes = _side_by_side(task.periods, threads, bytes_each=8 * self._observations * n_actions)
         self._shares = deque(_shares(task.periods, threads, self._lanes, self._observations))
@@ -128,7 +124,7 @@ class Learning:
         if self._error:
             raise self._error
         seconds = self._ended - self._started
-        return LearningCurves(self._steps, self._success, self._optimum, self._tables.epsilon, seconds)
+        return LearningCurves(self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds)
 
     def _work(self) -> None:
         """Take up shares until none is left; their periods overlap, so that no lane is empty in between."""
@@ -141,7 +137,7 @@ class Learning:
         tables = self._tables
         learn(
             tables.next_cell, tables.lengths, tables.threshold, tables.rules, codes, first, self._layouts,
-            self._generator, lanes, drain, self._steps, self._success,
+            self._generator, lanes, drain, self._steps, self._success, self._rows,
         )  # fmt: skip
 
 

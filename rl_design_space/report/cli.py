@@ -10,13 +10,13 @@ from rl_design_space.errors import shown_as_messages
 
 if TYPE_CHECKING:
     from rl_design_space.sweep.study import Study
-    from rl_design_space.tracking.read import RunReader
+    from rl_design_space.tracking.read import Reader
 
 
 class Report(Protocol):
     """What a study's file may name as its report."""
 
-    def write(self, study: Study, reader: RunReader, folder: Path) -> list[Path]:
+    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
         """Write files called after the study into a folder.
 
         Args:
@@ -61,9 +61,11 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     from rl_design_space.sweep.build import build_settings
     from rl_design_space.sweep.compose import shipped_config
     from rl_design_space.sweep.study import load_study
+    from rl_design_space.tracking.read import NoRuns
 
     with shipped_config():
         study = load_study(name, overrides)
     settings = build_settings(study.config)
     report: Report = study.report()
-    return report.write(study, settings.tracking.reader(), Path(settings.outputs) / "report")
+    reader = settings.tracking.reader() if study.plan else NoRuns()
+    return report.write(study, reader, Path(settings.outputs) / "report")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from rl_design_space.sweep.plan import PlannedPoint
     from rl_design_space.sweep.study import Study
-    from rl_design_space.tracking.read import RunReader
+    from rl_design_space.tracking.read import Reader
 
 Axis = Annotated[dict[str, str], Field(min_length=1, max_length=1)]
 #: A mean is called heavy-tailed where the 1 % of periods with most steps need this many times the mean.
@@ -50,7 +50,7 @@ class PublishedTable:
         """CSV column: parameter, of panel, row and column in this order."""
         return {**self.panel, **self.row, **self.column}
 
-    def frame(self, plan: Sequence[PlannedPoint], reader: RunReader) -> pd.DataFrame:
+    def frame(self, plan: Sequence[PlannedPoint], reader: Reader) -> pd.DataFrame:
         """The cells, published and measured, see `analysis.published`; `planned` tells those that the plan makes.
 
         Raises:
@@ -74,7 +74,7 @@ class PublishedTable:
             planned=[key in asked_for for key in cells[[*self.axes]].itertuples(index=False, name=None)]
         )
 
-    def write(self, study: Study, reader: RunReader, folder: Path) -> list[Path]:
+    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
         """Write NAME.png, .svg, .csv and .md into a folder; the paths written."""
         from rl_design_space.report.heatmap import draw, save
         from rl_design_space.report.markdown import published_table_text

@@ -59,6 +59,8 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     except HydraException as error:
         raise explain(error) or error from error
 
+    if words := [word for word in flags.overrides if not _is_override(word) and not flags.shell_completion]:
+        raise ConfigError(f"{words[0]}: not an override; they look like key=value, e.g. exploration.k=0.02")
     others = [name for name in ("cfg", "info", "help", "hydra_help", "shell_completion") if getattr(flags, name)]
     if flags.multirun and others:
         raise ConfigError(f"--multirun and --{others[0].replace('_', '-')} do not go together; leave one of them out")
@@ -67,13 +69,15 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     sweeper = values.get("hydra/sweeper", _OWN_SWEEPER)
     if sweeper != _OWN_SWEEPER and sweeps:
         raise ConfigError(f"{sweeps[0]} needs hydra/sweeper={_OWN_SWEEPER}, not {sweeper}")
+    # `study=null` is the default, which Hydra has no way to ask for once more.
+    asked = [override for override in flags.overrides if override != "study=null"]
     # Flags first: Hydra itself does not understand overrides with flags between them.
     in_order = [argument for argument in arguments if argument not in flags.overrides]
-    if sweeper != _OWN_SWEEPER or not (flags.multirun or sweeps):
-        return CommandLine(tuple(arguments), (*in_order, *flags.overrides), foreign=flags.multirun)
+    if sweeper != _OWN_SWEEPER or others or not (flags.multirun or sweeps):
+        return CommandLine(tuple(arguments), (*in_order, *asked), foreign=flags.multirun)
     for_points = tuple(override for override in overrides if not is_setting(override))
-    settings = [override for override in flags.overrides if override not in for_points]
-    implied = [] if flags.multirun or flags.run or others else ["--multirun"]
+    settings = [override for override in asked if override not in for_points]
+    implied = [] if flags.multirun or flags.run else ["--multirun"]
     return CommandLine(tuple(arguments), (*implied, *in_order, *settings), for_points)
 
 

@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import ValueType
 from hydra.errors import HydraException
+from hydra.plugins.config_source import ConfigResult
 from omegaconf import OmegaConf
 
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
-from rl_design_space.sweep.build import build, is_setting
+from rl_design_space.sweep.build import SETTINGS, build, is_setting
 
 #: Values that only a whole config can resolve.
 _UNRESOLVED = ("${", "???")
@@ -100,8 +101,19 @@ class Assembler:
     def _parse(self, override: str) -> _Choice | _Value | None:
         """What an override says of a point; nothing if it is a setting."""
         if override not in self._parsed:
+            if is_setting(override):
+                self._check_setting(override)
             self._parsed[override] = None if is_setting(override) else self._parse_new(override)
         return self._parsed[override]
+
+    def _check_setting(self, text: str) -> None:
+        """A setting may choose a file that says something of the point, too; nothing but Hydra knows what."""
+        override = self._parser.parse_override(text)
+        path = f"{override.key_or_group}/{override.value()}"
+        if override.key_or_group in SETTINGS and self._repository.config_exists(path):
+            found = self._repository.load_config(path)
+            if _reaches_out(found):
+                raise _NotPlainError
 
     def _parse_new(self, text: str) -> _Choice | _Value:
         override = self._parser.parse_override(text)
@@ -141,10 +153,15 @@ class Assembler:
         if not self._repository.config_exists(path):
             return None
         found = self._repository.load_config(path)
-        listed = [default for default in found.defaults_list or () if not default.is_self()]
         node: Any = OmegaConf.to_container(found.config)
-        plain = not listed and not found.header.get("package") and isinstance(node, dict)
+        plain = not _reaches_out(found) and isinstance(node, dict)
         return node if plain and not any(mark in str(node) for mark in _UNRESOLVED) else None
+
+
+def _reaches_out(found: ConfigResult) -> bool:
+    """Whether choosing a config file may say something outside of its own group."""
+    listed = [default for default in found.defaults_list or () if not default.is_self()]
+    return bool(listed or found.header.get("package"))
 
 
 def _put(node: dict[str, Any], value: _Choice | _Value | None) -> None:

@@ -12,6 +12,7 @@ from hydra.core.utils import JobReturn, JobStatus
 from omegaconf import DictConfig
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.curves import LearningCurves
 from rl_design_space.sweep.build import Settings, build_settings, is_setting
 from rl_design_space.sweep.compose import Composer
@@ -49,11 +50,11 @@ def sweep(arguments: Sequence[str], params: Mapping[str, str], config: DictConfi
     overrides = [*(f"{key}={value}" for key, value in params.items()), *(line.for_points if line else ()), *arguments]
     plan = _plan(overrides, config, settings)
     seconds = {"plan": perf_counter() - started}
-    command = line.command if line else ""
+    command = line.command if line else "rl-design-space"
     if settings.plan:
         _show_plan(plan, settings)
         return
-    tracker = settings.tracking.open()
+    tracker = settings.tracking.open(command)
     found = missing(plan, tracker)
     outcome = _run(plan, found, tracker, settings, launcher, command)
     outcome.seconds = seconds | outcome.seconds
@@ -77,7 +78,7 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
     composer = Composer(_searchpath(config))
     jobs = [composer(overrides) for overrides in job_overrides]
     plan = union([Plan(jobs, combinations=len(jobs))])
-    tracker = settings.tracking.open()
+    tracker = settings.tracking.open(cli.command_line.command if cli.command_line else "rl-design-space")
     found = missing(plan, tracker)
     executor = launcher.executor(_threads(settings))
     objectives = _Objectives(Display(plan, found, executor.describe()), settings.objective)
@@ -148,8 +149,6 @@ def _searchpath(config: DictConfig) -> list[str]:
 
 
 def _threads(settings: Settings) -> int:
-    from rl_design_space.learning.simulation import available_threads
-
     return settings.threads or available_threads()
 
 

@@ -16,6 +16,7 @@ from hydra.core.object_type import ObjectType
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override, ValueType
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
 from rl_design_space._paths import CONF
 from rl_design_space.design import DesignPoint
@@ -114,7 +115,7 @@ class Composer:
                 self._bases[options] = self._compose(options)
             config = deepcopy(self._bases[options])
             for override in filter(self._sets_a_value, parsed):
-                OmegaConf.update(config, override.key_or_group, override.value(), merge=True)
+                _set(config, override)
         except Exception as error:
             if explained := explain(error):
                 raise explained from error
@@ -138,6 +139,15 @@ class Composer:
         )
 
 
+def _set(config: DictConfig, override: Override) -> None:
+    try:
+        OmegaConf.update(config, override.key_or_group, override.value(), merge=True)
+    except ValueError as error:
+        if isinstance(error, OmegaConfBaseException):
+            raise
+        raise ConfigError.at(override.key_or_group, override.value(), f"there is no such key: {error}") from error
+
+
 def check_options(overrides: Sequence[Override]) -> None:
     """Refuse values where an option's name is needed, which Hydra would answer without saying where.
 
@@ -145,10 +155,15 @@ def check_options(overrides: Sequence[Override]) -> None:
         ConfigError: such as `world=10`.
     """
     for override in overrides:
-        chooses = override.key_or_group in (*OPTION_GROUPS, "tracking") and not override.is_delete()
-        is_value = override.value_type == ValueType.ELEMENT and not isinstance(override.value(), (str, list, dict))
-        if chooses and is_value:
-            raise ConfigError.at(override.key_or_group, override.value(), "name exactly one option")
+        key = override.key_or_group
+        if not (key in (*OPTION_GROUPS, "tracking", "study") or key.startswith("hydra/")):
+            continue
+        named: tuple[type, ...] = (str, list, dict)
+        if override.is_delete() or (key == "study" and not override.is_add()):
+            named = (*named, type(None))  # `~world` has no value, and `study=null` is none
+        if override.value_type == ValueType.ELEMENT and not isinstance(override.value(), named):
+            sign = "~" if override.is_delete() else ""
+            raise ConfigError.at(f"{sign}{key}", override.value(), "name exactly one option")
 
 
 def parts_of(config: DictConfig, choices: Mapping[str, str | None] | None = None) -> Parts:

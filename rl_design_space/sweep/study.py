@@ -84,10 +84,12 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer
         composer: makes points of overrides.
 
     Raises:
-        ConfigError: as above, or there is no point at all.
+        ConfigError: as above, or there is no point at all and no report either.
     """
     node = plain(config, "study")
     blocks = node.get("blocks") if isinstance(node, Mapping) else None
+    if blocks is None and isinstance(node, Mapping) and "report" in node:
+        return Plan([], (name,))  # a report that needs no runs
     if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
         raise ConfigError(f"study {name}: needs blocks, each a mapping of keys to sweeps")
     grids = _Grids(name, composer)

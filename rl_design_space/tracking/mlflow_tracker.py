@@ -7,10 +7,8 @@ import getpass
 import hashlib
 import os
 import platform
-import shlex
 import shutil
 import subprocess
-import sys
 import time
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
@@ -51,12 +49,12 @@ class MlflowTracker:
         ConfigError: the store cannot be used.
     """
 
-    def __init__(self, options: MlflowTracking) -> None:
+    def __init__(self, options: MlflowTracking, command: str) -> None:
         self._options = options
         self._client = connect(options.uri)
         self._points = _experiment(self._client, "experiment", options.experiment, options.uri)
         self._sweeps = _experiment(self._client, "sweeps", options.sweeps, options.uri)
-        self._origin = _origin()
+        self._origin = _origin(command)
         self._claims = claims_at(_claims_path(options.uri))
         self._close_stale_runs()
 
@@ -212,11 +210,11 @@ def _study_tags(studies: Sequence[str]) -> dict[str, str]:
     return {f"{record.STUDY_TAG}{study}": "true" for study in studies}
 
 
-def _origin() -> dict[str, str]:
+def _origin(command: str) -> dict[str, str]:
     """Who recorded with which code; the client alone does not fill these in."""
     tags = {
         "rl_design_space.version": rl_design_space.__version__,
-        "mlflow.source.name": shlex.join(["rl-design-space", *sys.argv[1:]]),
+        "mlflow.source.name": command,
         "mlflow.source.type": "LOCAL",
         _HOST_TAG: platform.node(),
     }

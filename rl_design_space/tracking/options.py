@@ -34,8 +34,11 @@ def _tracking_uri(uri: str) -> str:
 class Tracking(Protocol):
     """A choice of where to record."""
 
-    def open(self) -> Tracker:
+    def open(self, command: str = "rl-design-space") -> Tracker:
         """Make ready to record.
+
+        Args:
+            command: that is recorded as the source of the runs.
 
         Raises:
             ConfigError: the store cannot be used.
@@ -67,10 +70,10 @@ class MlflowTracking:
     sweeps: Annotated[str, Field(min_length=1)] = "sweeps"
     curves: Annotated[tuple[Annotated[str, AfterValidator(_known_curve)], ...], Strict(False)] = ()
 
-    def open(self) -> Tracker:
+    def open(self, command: str = "rl-design-space") -> Tracker:
         from rl_design_space.tracking.mlflow_tracker import MlflowTracker
 
-        return MlflowTracker(self)
+        return MlflowTracker(self, command)
 
     def reader(self) -> RunReader:
         from rl_design_space.tracking.read import RunReader
@@ -82,7 +85,7 @@ class MlflowTracking:
 class NoTracking:
     """Nothing is recorded."""
 
-    def open(self) -> Tracker:
+    def open(self, command: str = "rl-design-space") -> Tracker:
         return NullTracker()
 
     def reader(self) -> RunReader:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
@@ -15,6 +15,28 @@ from rl_design_space.tracking.index import finished_runs
 from rl_design_space.tracking.record import PERIODS_FILE, read_periods
 from rl_design_space.tracking.store import connect, sqlite_path
 from rl_design_space.tracking.tracker import StoredRun
+
+
+class Reader(Protocol):
+    """Reads complete runs of design points."""
+
+    def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        """The complete runs among these points, by fingerprint."""
+        ...
+
+    def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
+        """The arrays of a run's artifact: `steps` and `success` (periods, trials), `optimum`, `rows`, every curve."""
+        ...
+
+
+class NoRuns:
+    """Stands for a reader where a report needs no runs."""
+
+    def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        return {}
+
+    def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
+        raise LookupError(f"no run was recorded: {run.run_id}")
 
 
 class RunReader:
@@ -40,7 +62,6 @@ class RunReader:
         return finished_runs(self._client, self._uri, self._experiment, fingerprints)
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
-        """The arrays of a run's artifact: `steps` and `success` (periods, trials), `optimum`, every curve."""
         os.environ.setdefault("MLFLOW_ENABLE_ARTIFACTS_PROGRESS_BAR", "false")
         with TemporaryDirectory() as folder:
             return read_periods(Path(self._client.download_artifacts(run.run_id, PERIODS_FILE, folder)))

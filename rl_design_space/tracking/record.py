@@ -49,6 +49,7 @@ def write_artifacts(folder: Path, planned: PlannedPoint, curves: LearningCurves)
         "steps": curves.steps.astype(width),
         "success": curves.success,
         "optimum": curves.optimum,
+        "rows": curves.rows,
         **{f"curve:{name}": values for name, values in curves.curves.items()},
     }
     np.savez_compressed(folder / PERIODS_FILE, **arrays)

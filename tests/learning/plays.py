@@ -85,7 +85,8 @@ def _learn(next_cell, codes, layout, threshold, lengths, rules, state) -> Play:
     lanes = empty_lanes(1, codes.size, lengths)
     steps = np.empty((1, len(threshold)), dtype=np.int32)
     success = np.empty((1, len(threshold)), dtype=np.bool_)
-    learn(next_cell, lengths, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success)
+    rows = np.empty((1, 2), dtype=np.int32)
+    learn(next_cell, lengths, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows)
     # The learner numbers rows as their codes occur; here they go by the codes' values.
     _, occurs = np.unique(codes, return_index=True)
     row_of = np.argsort(np.argsort(occurs))

@@ -31,6 +31,9 @@ def assert_same_curves(point: DesignPoint) -> None:
     periods = reference.learn(point)
     np.testing.assert_array_equal(curves.steps, [period.steps for period in periods])
     np.testing.assert_array_equal(curves.success, [period.success for period in periods])
+    initial = point.learner.initial_q
+    rows = [(len(period.q), sum(set(values) != {initial} for values in period.q.values())) for period in periods]
+    np.testing.assert_array_equal(curves.rows, rows)
 
 
 def assert_same_q_matrix(point: DesignPoint) -> None:

@@ -17,6 +17,7 @@ def curves_of(steps: list[list[int]], optimum: list[int], seconds: float = 0.5) 
         steps=table,
         success=table < CAP,
         optimum=np.array(optimum, dtype=np.int32),
+        rows=np.ones((len(optimum), 2), dtype=np.int32),
         epsilon=np.linspace(0.9, 0.1, table.shape[1]),
         seconds=seconds,
     )
@@ -100,7 +101,7 @@ def test_the_final_policy_is_that_of_the_last_ten_trials():
 
 def test_sums_of_long_periods_do_not_overflow():
     steps = np.full((2, 1000), 2**31 - 1, dtype=np.int32)
-    curves = LearningCurves(steps, steps > 0, np.ones(2, dtype=np.int32), np.zeros(1000), 1.0)
+    curves = LearningCurves(steps, steps > 0, np.ones(2, np.int32), np.ones((2, 2), np.int32), np.zeros(1000), 1.0)
     assert curves.total_steps.tolist() == [1000 * (2.0**31 - 1)] * 2
 
 

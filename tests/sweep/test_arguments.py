@@ -65,7 +65,6 @@ def test_a_study_a_plan_and_a_shard_are_sweeps_without_being_told(arguments: lis
     [
         [],
         ["task.periods=5", "world.size=4"],
-        ["study=null", "seed=1"],
         ["plan=false", "shard=null"],
         ["-m", "hydra/sweeper=basic", "seed=1,2"],
         ["-m", "hydra/sweeper=optuna", "exploration=linear"],
@@ -80,9 +79,15 @@ def test_everything_else_goes_to_hydra_as_it_is(arguments: list[str]):
     assert line == CommandLine(tuple(arguments), tuple(arguments), foreign="-m" in arguments)
 
 
+def test_no_study_need_not_be_said():
+    assert read_command_line(["study=null", "seed=1"]).for_hydra == ("seed=1",)
+    assert read_command_line(["-m", "study=null", "seed=1,2"]).for_hydra == ("-m",)
+
+
 def test_a_study_can_be_shown_without_being_run():
-    line = read_command_line(["study=table4", "exploration.k=0.05", "--cfg", "job"])
-    assert line.for_hydra == ("--cfg", "job", "study=table4")
+    line = read_command_line(["study=table4", "world.size=5", "--cfg", "job"])
+    assert line.for_hydra == ("--cfg", "job", "study=table4", "world.size=5")
+    assert line.for_points == ()
 
 
 @pytest.mark.parametrize(

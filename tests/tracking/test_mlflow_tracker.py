@@ -195,6 +195,12 @@ def origin(tracker, client) -> dict[str, str]:
     return client.get_run(tracker.record(*learned()).run_id).data.tags
 
 
+def test_the_command_is_the_source(database: Path, client):
+    assert origin(options(database).open("rl-design-space seed=1"), client)["mlflow.source.name"] == (
+        "rl-design-space seed=1"
+    )
+
+
 def test_without_a_checkout_there_is_no_commit(database: Path, client, tmp_path: Path, monkeypatch):
     monkeypatch.setattr("rl_design_space.tracking.mlflow_tracker.CONF", tmp_path / "conf")
     assert "mlflow.source.git.commit" not in origin(options(database).open(), client)

@@ -19,7 +19,7 @@ def test_every_trial_of_every_period_comes_back(database: Path):
     options(database).open().record(planned, curves)
     reader = options(database).reader()
     arrays = reader.periods(reader.finished([planned.fingerprint])[planned.fingerprint])
-    assert set(arrays) == {"steps", "success", "optimum", *CURVES, *CURVES_ON_DEMAND}
+    assert set(arrays) == {"steps", "success", "optimum", "rows", *CURVES, *CURVES_ON_DEMAND}
     np.testing.assert_array_equal(arrays["steps"], curves.steps)
     np.testing.assert_array_equal(arrays["success"], curves.success)
     np.testing.assert_array_equal(arrays["optimum"], curves.optimum)

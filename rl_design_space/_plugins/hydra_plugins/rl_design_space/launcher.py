@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -35,11 +36,12 @@ class DesignLauncher(BasicLauncher):
 
     def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> Sequence[JobReturn]:
         """Run jobs for another sweeper."""
-        from rl_design_space.cli import application
+        # Not imported: that would set Hydra's version for whatever application this is.
+        cli = sys.modules.get("rl_design_space.cli")
+        if cli is None or self.task_function is not getattr(cli.application, "__wrapped__", None):
+            return super().launch(job_overrides, initial_job_idx)
         from rl_design_space.sweep.command import launch
 
-        if self.task_function is not getattr(application, "__wrapped__", None):
-            return super().launch(job_overrides, initial_job_idx)
         assert self.config is not None
         return launch(job_overrides, self.config, self)
 
