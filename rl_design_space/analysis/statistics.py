@@ -48,3 +48,23 @@ def top_percent_weight(values: FloatArray) -> float:
     """
     largest = np.sort(values)[-math.ceil(len(values) / 100) :]
     return float(largest.mean() / values.mean())
+
+
+def resample_weights(periods: int, seed: int = 0, resamples: int = RESAMPLES) -> FloatArray:
+    """How much each period counts in each bootstrap resample.
+
+    A weighted sum over periods is a resampled mean: `weights @ values`, for many columns of values at a time. Points of
+    equal size and seed met the same layouts, so that differences between them are paired: the same weights resample both.
+
+    Returns:
+        (resamples, periods), each row sums to 1.
+    """
+    rng = np.random.default_rng(seed)
+    weights: FloatArray = rng.multinomial(periods, np.full(periods, 1 / periods), size=resamples) / periods
+    return weights
+
+
+def percentile_interval(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The middle 95 % of bootstrap samples, along the first axis."""
+    low, high = np.percentile(samples, (2.5, 97.5), axis=0)
+    return low, high
