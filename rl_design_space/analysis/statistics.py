@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -50,17 +51,19 @@ def top_percent_weight(values: FloatArray) -> float:
     return float(largest.mean() / values.mean())
 
 
+@lru_cache(maxsize=4)
 def resample_weights(periods: int, seed: int = 0, resamples: int = RESAMPLES) -> FloatArray:
     """How much each period counts in each bootstrap resample.
 
-    A weighted sum over periods is a resampled mean: `weights @ values`, for many columns of values at a time. Points of
-    equal size and seed met the same layouts, so that differences between them are paired: the same weights resample both.
+    A weighted sum over periods is a resampled mean: `weights @ values`, for many columns of values at a time. Points
+    of equal size and seed met the same layouts, so their differences are paired: the same weights resample both.
 
     Returns:
         (resamples, periods), each row sums to 1.
     """
     rng = np.random.default_rng(seed)
     weights: FloatArray = rng.multinomial(periods, np.full(periods, 1 / periods), size=resamples) / periods
+    weights.setflags(write=False)  # shared by all who ask for them
     return weights
 
 

@@ -1,5 +1,8 @@
 """Reports: tables and figures of tracked runs. Nothing here starts to learn."""
 
+from rl_design_space.report.audit import ReadingsAudit
+from rl_design_space.report.ledger import ClaimsLedger
+from rl_design_space.report.page import Page
 from rl_design_space.report.published_table import PublishedTable
 
-__all__ = ["PublishedTable"]
+__all__ = ["ClaimsLedger", "Page", "PublishedTable", "ReadingsAudit"]

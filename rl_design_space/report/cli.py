@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from rl_design_space.tracking.read import Reader
 
 
+#: The study whose report is the page of all others.
+_ALL = "paper"
+
+
 class Report(Protocol):
     """What a study's file may name as its report."""
 
@@ -37,11 +41,12 @@ def main() -> None:
         description="Write the report of a study from its tracked runs, into outputs/report.",
         epilog="example: rl-design-report table4 outputs=outputs",
     )
-    parser.add_argument("report", help="name of a study, e.g. table4")
+    parser.add_argument("report", help="name of a study, e.g. table4; all for every one and the page")
     parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
     arguments = parser.parse_args()
     with shown_as_messages():
-        for path in write_report(arguments.report, arguments.overrides):
+        name = _ALL if arguments.report == "all" else arguments.report
+        for path in write_report(name, arguments.overrides):
             print(path)
 
 
@@ -68,4 +73,6 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     settings = build_settings(study.config)
     report: Report = study.report()
     reader = settings.tracking.reader() if study.plan else NoRuns()
-    return report.write(study, reader, Path(settings.outputs) / "report")
+    paths = report.write(study, reader, Path(settings.outputs) / "report")
+    reader.attach(study.name, paths)
+    return paths

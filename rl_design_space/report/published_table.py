@@ -81,7 +81,7 @@ class PublishedTable:
 
         name, cells = study.name, self.frame(study.plan, reader)
         folder.mkdir(parents=True, exist_ok=True)
-        pictures = save(draw(cells, self), folder / name)
+        pictures = save(draw(cells, self), folder / name, study.mark)
         table, text = folder / f"{name}.csv", folder / f"{name}.md"
         cells.drop(columns=["top_percent", "planned"]).to_csv(table, index=False)
         text.write_text(published_table_text(study, cells, self), encoding="utf-8")

@@ -17,6 +17,9 @@ from rl_design_space.sweep.constraint import Constraint, constraints_of
 from rl_design_space.sweep.grid import as_overrides, expand
 from rl_design_space.sweep.plan import Dropped, Plan, PlannedPoint
 
+#: Periods of a point in the paper.
+_PERIODS = 500
+
 
 @dataclass(frozen=True)
 class Study:
@@ -43,6 +46,12 @@ class Study:
     def report_command(self) -> str:
         """The command that writes its report."""
         return shlex.join(["rl-design-report", self.name, *self.overrides])
+
+    @property
+    def mark(self) -> str:
+        """What a picture has to say if its points have fewer periods than the paper's; else nothing."""
+        fewest = min((planned.point.task.periods for planned in self.plan), default=_PERIODS)
+        return f"quick look: {fewest} periods instead of {_PERIODS}" if fewest < _PERIODS else ""
 
     def report(self) -> Any:
         """The report that the study's file describes.
@@ -79,7 +88,8 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer
     Args:
         name: of the study.
         config: composed config whose `study.blocks` hold the sweeps of each block, by key: all combinations of a
-            block are points but those that `study.constraints` drop.
+            block are points but those that `study.constraints` drop. Or `study.includes` names other studies, whose
+            points are this one's.
         overrides: as above.
         composer: makes points of overrides.
 
@@ -88,6 +98,8 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer
     """
     node = plain(config, "study")
     blocks = node.get("blocks") if isinstance(node, Mapping) else None
+    if isinstance(node, Mapping) and "includes" in node:
+        return _plan_included(name, node["includes"], overrides, composer)
     if blocks is None and isinstance(node, Mapping) and "report" in node:
         return Plan([], (name,))  # a report that needs no runs
     if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
@@ -110,6 +122,14 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], composer
             f"study {name}: no design point in it; its blocks are {', '.join(blocks) or 'none'}{left_out}"
         )
     return plan
+
+
+def _plan_included(name: str, included: Any, overrides: Sequence[str], composer: Composer) -> Plan:
+    """The points of other studies, which then belong to this one as well."""
+    if not isinstance(included, list) or not all(isinstance(other, str) and other != name for other in included):
+        raise ConfigError(f"study {name}: includes should be a list of the names of other studies")
+    both = union([load_study(other, overrides, composer).plan for other in included])
+    return replace(both, points=[replace(p, studies=(name, *p.studies)) for p in both], studies=(name, *both.studies))
 
 
 def plan_overrides(overrides: Sequence[str], composer: Composer) -> Plan:

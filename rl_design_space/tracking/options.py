@@ -78,7 +78,7 @@ class MlflowTracking:
     def reader(self) -> RunReader:
         from rl_design_space.tracking.read import RunReader
 
-        return RunReader(self.uri, self.experiment)
+        return RunReader(self.uri, self.experiment, self.sweeps)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

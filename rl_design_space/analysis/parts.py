@@ -1,0 +1,277 @@
+"""Parts of claims: statistics of the periods of points, each with the range in which a claim says that it lies.
+
+The unit is the period. Points of equal size met the same layouts, so all of them are resampled with the same weights.
+Where a best point is chosen, it is chosen on the periods of even number and compared on those of odd number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Protocol
+
+import numpy as np
+from pydantic import AfterValidator, Field
+from pydantic.dataclasses import dataclass
+
+from rl_design_space._arrays import FloatArray
+from rl_design_space._strict import STRICT
+from rl_design_space.analysis.claims import Tested, exact, in_range
+from rl_design_space.analysis.measures import MEANINGS, Recorded, measure
+from rl_design_space.analysis.statistics import resample_weights
+from rl_design_space.design import Representation, Torus, World, cell_count
+
+Where = dict[str, Any]
+EVEN, ODD = slice(0, None, 2), slice(1, None, 2)
+
+
+class Data(Protocol):
+    """Recorded points by the values of their parameters."""
+
+    def one(self, where: Where) -> Recorded:
+        """The only point with these values.
+
+        Raises:
+            LookupError: it has not been recorded.
+        """
+        ...
+
+    def by(self, where: Where, parameter: str) -> Mapping[Any, Recorded]:
+        """All points with these values, by their value of one more parameter.
+
+        Raises:
+            LookupError: one of them has not been recorded.
+        """
+        ...
+
+
+class Part(Protocol):
+    """One thing that a claim says."""
+
+    def test(self, data: Data) -> Tested:
+        """How it stands with it.
+
+        Raises:
+            LookupError: a point that it takes has not been recorded.
+        """
+        ...
+
+
+def _known_measure(name: str) -> str:
+    if name not in MEANINGS:
+        raise ValueError(f"should be among {', '.join(MEANINGS)}")
+    return name
+
+
+Measure = Annotated[str, AfterValidator(_known_measure)]
+Text = Annotated[str, Field(min_length=1)]
+_Choice = Annotated[Where, Field(min_length=1)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class _Ranged:
+    """What every part has: what it is, and where the claim says that it lies; no end if left out.
+
+    Attributes:
+        what: for people.
+        low: at least.
+        high: at most.
+    """
+
+    what: Text
+    low: float | None = None
+    high: float | None = None
+
+    def _tested(self, value: FloatArray, samples: FloatArray) -> Tested:
+        low, high = self._range
+        return in_range(self.what, float(value[0]), samples, low, high)
+
+    @property
+    def _range(self) -> tuple[float, float]:
+        return (-math.inf if self.low is None else self.low, math.inf if self.high is None else self.high)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Level(_Ranged):
+    """A measure of one point.
+
+    Attributes:
+        point: its values.
+        measure: of `analysis.measures`.
+    """
+
+    point: _Choice
+    measure: Measure
+
+    def test(self, data: Data) -> Tested:
+        recorded = data.one(self.point)
+        return self._tested(*(measure(self.measure, recorded, weights) for weights in _weights(recorded)))
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Ratio(_Ranged):
+    """A measure of one point over that of another.
+
+    Attributes:
+        point: values of the one.
+        to: values of the other.
+        measure: of `analysis.measures`.
+    """
+
+    point: _Choice
+    to: _Choice
+    measure: Measure
+
+    def test(self, data: Data) -> Tested:
+        one, other = data.one(self.point), data.one(self.to)
+        ratios = (measure(self.measure, one, w) / measure(self.measure, other, w) for w in _weights(one))
+        return self._tested(*ratios)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Difference(_Ranged):
+    """A measure of one point minus that of another.
+
+    Attributes:
+        point: values of the one.
+        to: values of the other.
+        measure: of `analysis.measures`.
+    """
+
+    point: _Choice
+    to: _Choice
+    measure: Measure
+
+    def test(self, data: Data) -> Tested:
+        one, other = data.one(self.point), data.one(self.to)
+        differences = (measure(self.measure, one, w) - measure(self.measure, other, w) for w in _weights(one))
+        return self._tested(*differences)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class ExpectedOverBest(_Ranged):
+    """A measure at the value of a parameter that is said to be the best, over that at the value that is.
+
+    Attributes:
+        among: what all the points have in common.
+        parameter: in which they differ.
+        expected: the value said to be the best.
+        measure: of `analysis.measures`; the least is the best.
+    """
+
+    among: _Choice
+    parameter: Text
+    expected: Any
+    measure: Measure
+
+    def test(self, data: Data) -> Tested:
+        points = data.by(self.among, self.parameter)
+        if self.expected not in points:
+            raise LookupError(f"{self.parameter}={self.expected}: there is no such point")
+        expected, best = points[self.expected], points[_best(points, self.measure)]
+        ratios = (measure(self.measure, expected, w) / measure(self.measure, best, w) for w in _weights(best, ODD))
+        return self._tested(*ratios)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class BestOverBest(_Ranged):
+    """A measure of the best of some points over that of the best of others.
+
+    Attributes:
+        among: what the ones have in common.
+        parameter: in which they differ.
+        to: what the others have in common.
+        to_parameter: in which they differ; as the ones if left out.
+        measure: of `analysis.measures`; the least is the best.
+    """
+
+    among: _Choice
+    parameter: Text
+    to: _Choice
+    to_parameter: Text | None = None
+    measure: Measure
+
+    def test(self, data: Data) -> Tested:
+        ones, others = data.by(self.among, self.parameter), data.by(self.to, self.to_parameter or self.parameter)
+        one, other = ones[_best(ones, self.measure)], others[_best(others, self.measure)]
+        ratios = (measure(self.measure, one, w) / measure(self.measure, other, w) for w in _weights(one, ODD))
+        return self._tested(*ratios)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class ExplorationOverExploration(_Ranged):
+    """Total exploration (the sum of ε over the trials) at the best schedule of some points over that of others.
+
+    The best is chosen anew in every resample, so the interval holds the uncertainty of the choice.
+
+    Attributes:
+        among: what the ones have in common.
+        to: what the others have in common.
+        parameter: of the schedule, in which they differ.
+        measure: of `analysis.measures`; the least is the best.
+    """
+
+    among: _Choice
+    to: _Choice
+    parameter: Text
+    measure: Measure
+
+    def test(self, data: Data) -> Tested:
+        ones, others = data.by(self.among, self.parameter), data.by(self.to, self.parameter)
+        some = next(iter(ones.values()))
+        return self._tested(*(self._exploration(ones, w) / self._exploration(others, w) for w in _weights(some)))
+
+    def _exploration(self, points: Mapping[Any, Recorded], weights: FloatArray) -> FloatArray:
+        measures = np.array([measure(self.measure, recorded, weights) for recorded in points.values()])
+        exploration = np.array([recorded.epsilon.sum() for recorded in points.values()])
+        chosen: FloatArray = exploration[measures.argmin(axis=0)]
+        return chosen
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class KnownObservations(_Ranged):
+    """Share of the observations of a world that a smaller one has as well, over all layouts of one goal: exact.
+
+    Attributes:
+        representation: an option's class, e.g. `{_target_: rl_design_space.design.Direction}`.
+        sizes: of the smaller and of the larger world.
+    """
+
+    representation: Representation
+    sizes: Annotated[tuple[int, int], Field(strict=False)]
+
+    def test(self, data: Data) -> Tested:
+        known, met = (self._observations(Torus(size=size)) for size in self.sizes)
+        return exact(self.what, len(met & known) / len(met), *self._range)
+
+    def _observations(self, world: World) -> set[int]:
+        goals = np.arange(cell_count(world))[:, np.newaxis]
+        return set(np.unique(self.representation.observation(world, goals)).tolist())
+
+
+def _best(points: Mapping[Any, Recorded], name: str) -> Any:
+    """The value of a parameter with the least measure on the periods of even number."""
+    return min(points, key=lambda value: _value(name, points[value]))
+
+
+def _value(name: str, recorded: Recorded) -> float:
+    return float(measure(name, recorded, _equal(len(recorded.steps), EVEN))[0])
+
+
+def _weights(recorded: Recorded, half: slice | None = None) -> tuple[FloatArray, FloatArray]:
+    """Equal weights of the periods, and those of resamples; of one half of them only, if asked for."""
+    periods = len(recorded.steps)
+    if half is None:
+        return _equal(periods, slice(None)), resample_weights(periods)
+    chosen = np.arange(periods)[half]
+    resampled = np.zeros((0, 0)) if not len(chosen) else resample_weights(len(chosen))
+    weights = np.zeros((len(resampled), periods))
+    weights[:, chosen] = resampled
+    return _equal(periods, half), weights
+
+
+def _equal(periods: int, half: slice) -> FloatArray:
+    weights = np.zeros((1, periods))
+    weights[:, half] = 1.0
+    equal: FloatArray = weights / weights.sum()
+    return equal

@@ -1,0 +1,130 @@
+"""The page: all reports of a study's parts in one file that needs no network."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import re
+from collections import Counter
+from dataclasses import dataclass as plain_dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+import rl_design_space
+from rl_design_space._strict import STRICT
+
+if TYPE_CHECKING:
+    from rl_design_space.sweep.study import Study
+    from rl_design_space.tracking.read import Reader
+
+_TEMPLATE = "page.html.jinja"
+
+
+@plain_dataclass(frozen=True)
+class Section:
+    """A report on the page.
+
+    Attributes:
+        name: of its study.
+        title: its heading.
+        body: everything below, as HTML.
+        runs: address of its runs in the MLflow UI; empty if it needs none.
+    """
+
+    name: str
+    title: str
+    body: str
+    runs: str
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Page:
+    """A page of reports.
+
+    Attributes:
+        title: of the page.
+        sections: names of the studies whose reports it holds, in their order.
+        verdicts: the one of them with the claims, whose verdicts stand on top.
+        ui: address of the MLflow UI, for links to the runs.
+    """
+
+    title: str
+    sections: Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
+    verdicts: str
+    ui: str
+
+    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
+        """Write every report and index.html into a folder; the paths written."""
+        from rl_design_space.sweep.compose import Composer, shipped_config
+        from rl_design_space.sweep.study import load_study
+
+        folder.mkdir(parents=True, exist_ok=True)
+        paths, sections = [], []
+        with shipped_config():
+            composer = Composer()
+            parts = [load_study(name, study.overrides, composer) for name in self.sections]
+        for part in parts:
+            written = part.report().write(part, reader, folder)
+            paths += written
+            (text,) = (path for path in written if path.suffix == ".md")
+            runs = reader.link(self.ui, part.name) if part.plan else ""
+            sections.append(section(part.name, text, runs))
+        page = folder / "index.html"
+        page.write_text(self.render(study, sections, _verdicts(folder / f"{self.verdicts}.csv")), encoding="utf-8")
+        return [*paths, page]
+
+    def render(self, study: Study, sections: list[Section], verdicts: list[dict[str, str]]) -> str:
+        """The page as HTML.
+
+        Args:
+            study: the study of the page.
+            sections: its reports.
+            verdicts: rows of the ledger of claims.
+        """
+        from jinja2 import Environment, PackageLoader, StrictUndefined
+
+        loader = PackageLoader("rl_design_space.report", "templates")
+        environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+        periods = sorted({planned.point.task.periods for planned in study.plan})
+        return environment.get_template(_TEMPLATE).render(
+            title=self.title,
+            sections=sections,
+            verdicts=verdicts,
+            counts=Counter(row["verdict"] for row in verdicts),
+            command=study.command,
+            report_command=study.report_command,
+            points=len(study.plan),
+            periods=" or ".join(map(str, periods)),
+            mark=study.mark,
+            version=rl_design_space.__version__,
+            written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        )
+
+
+def section(name: str, text: Path, runs: str) -> Section:
+    """A report's Markdown as a section of the page, its pictures inside."""
+    from markdown_it import MarkdownIt
+
+    heading, _, rest = text.read_text(encoding="utf-8").partition("\n")
+    body: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(rest)
+    body = re.sub(r'src="([^":]+\.png)"', lambda found: f'src="{_inlined(text.parent / found[1])}"', body)
+    return Section(name, heading.lstrip("# "), _in_boxes(body), runs)
+
+
+def _inlined(picture: Path) -> str:
+    return f"data:image/png;base64,{base64.b64encode(picture.read_bytes()).decode()}"
+
+
+def _in_boxes(body: str) -> str:
+    """Tables in boxes of their own, which scroll sideways where a page is narrow; headings below the section's."""
+    body = body.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
+    return body.replace("<h2>", "<h3>").replace("</h2>", "</h3>")
+
+
+def _verdicts(ledger: Path) -> list[dict[str, str]]:
+    with ledger.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))

@@ -1,0 +1,74 @@
+"""What is read off a point's periods, against numbers worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rl_design_space.analysis.measures import MEANINGS, OF_CURVE, PER_PERIOD, measure
+from rl_design_space.analysis.statistics import resample_weights
+from tests.analysis.made_up import TRIALS, MadeUp
+
+EQUAL = np.full((1, 60), 1 / 60)
+PLAIN = MadeUp(last=12.0, first=200.0, until=5, noise=0.0)
+
+
+def value(name: str, recorded: MadeUp = PLAIN) -> float:
+    return float(measure(name, recorded, EQUAL)[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("total_steps", 5 * 200 + 15 * 12),
+        ("late_steps", 12),
+        ("final_over_optimum", 1.2),
+        ("final_failed", 0),
+        ("not_near_optimum", 1),
+        ("outliers", 0),
+        ("trials_to_final", 5),
+        ("trials_to_optimum", TRIALS),  # 1.2 is not near
+    ],
+)
+def test_measures_by_hand(name: str, expected: float):
+    assert value(name) == pytest.approx(expected)
+
+
+def test_failures_outliers_and_periods_away_from_the_optimum_are_shares():
+    assert value("final_failed", MadeUp(failed=0.25)) == pytest.approx(0.25)
+    assert value("outliers", MadeUp(until=15, noise=0.0)) == 0  # 100 steps are just 10 times the optimum
+    assert value("outliers", MadeUp(first=101.0, until=15, noise=0.0)) == pytest.approx(0.5)
+    assert value("not_near_optimum", MadeUp(last=10.0, noise=0.0)) == 0
+
+
+def test_a_curve_is_settled_where_it_stays():
+    curves = np.array([[9.0, 1.0, 9.0, 1.0, 1.0], [1.0, 1.0, 1.0, 1.0, 1.0], [9.0, 9.0, 9.0, 9.0, 9.0]])
+    assert OF_CURVE["trials_to_optimum"](curves).tolist() == [3, 0, 5]
+
+
+def test_a_smooth_curve_is_less_rough():
+    smooth, rough = np.exp(-np.linspace(0, 2, 50)) + 1, 1 + 0.5 * (np.arange(50) % 2)
+    assert OF_CURVE["roughness"](smooth) < OF_CURVE["roughness"](rough) / 10
+    assert OF_CURVE["roughness"](np.exp(np.arange(9.0))) == pytest.approx(0)
+
+
+def test_every_measure_is_explained():
+    assert set(MEANINGS) == {*PER_PERIOD, *OF_CURVE}
+
+
+@pytest.mark.parametrize("name", MEANINGS)
+def test_resamples_scatter_around_the_value(name: str):
+    weights = resample_weights(60)
+    samples = measure(name, MadeUp(noise=0.3), weights)
+    assert samples.shape == (len(weights),)
+    assert samples.min() <= value(name, MadeUp(noise=0.3)) <= samples.max()
+
+
+def test_weights_are_those_of_whole_periods_and_can_be_repeated():
+    weights = resample_weights(7, seed=3, resamples=50)
+    assert np.allclose(weights.sum(axis=1), 1)
+    assert np.allclose(weights * 7, np.round(weights * 7))
+    assert np.array_equal(weights, resample_weights(7, seed=3, resamples=50))
+    assert not np.array_equal(weights, resample_weights(7, seed=4, resamples=50))
+    with pytest.raises(ValueError, match="read-only"):
+        weights[0, 0] = 1
