@@ -22,7 +22,7 @@ run: $(VENV)/.run
 	@echo "The report is in outputs/report/table4.md, the learning curves are in MLflow: make ui"
 
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(VENV)/.test
 	$(BIN)/ruff check .
