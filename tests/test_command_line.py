@@ -149,7 +149,7 @@ def test_a_report_is_written_from_what_was_tracked(small_table: Completed, comma
         (("rl-design-space", "world.siz=5"), "world.siz: no such key in Torus; did you mean world.size?"),
         (("rl-design-space", "study=table4", "world.size=1"), "study table4, block ad_hoc: world.size=1: "),
         (("rl-design-space", "representation=null"), "representation=null: name exactly one option"),
-        (("rl-design-report", "table5"), "study=table5: no such option; did you mean study=table4?"),
+        (("rl-design-report", "tabel4"), "study=tabel4: no such option; did you mean study=table4?"),
     ],
     ids=["point", "study", "option", "report"],
 )

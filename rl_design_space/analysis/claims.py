@@ -64,6 +64,8 @@ def in_range(what: str, value: float, samples: FloatArray, low: float, high: flo
         low: where the range begins; may be minus infinity.
         high: where it ends; may be infinity.
     """
+    if np.isnan(samples).any() or math.isnan(value):  # such as no trials over no trials: nothing can be said
+        return Tested(what, low, high, value, math.nan, math.nan, p_claim=1.0, p_other=1.0)
     inside = float(((samples >= low) & (samples <= high)).mean())
     least = 1 / (len(samples) + 1)  # no number of resamples makes sure
     ci_low, ci_high = percentile_interval(samples)

@@ -124,7 +124,7 @@ class Ratio(_Ranged):
 
     def test(self, data: Data) -> Tested:
         one, other = data.one(self.point), data.one(self.to)
-        ratios = (measure(self.measure, one, w) / measure(self.measure, other, w) for w in _weights(one))
+        ratios = (_over(self.measure, one, other, w) for w in _weights(one))
         return self._tested(*ratios)
 
 
@@ -169,7 +169,7 @@ class ExpectedOverBest(_Ranged):
         if self.expected not in points:
             raise LookupError(f"{self.parameter}={self.expected}: there is no such point")
         expected, best = points[self.expected], points[_best(points, self.measure)]
-        ratios = (measure(self.measure, expected, w) / measure(self.measure, best, w) for w in _weights(best, ODD))
+        ratios = (_over(self.measure, expected, best, w) for w in _weights(best, ODD))
         return self._tested(*ratios)
 
 
@@ -194,7 +194,7 @@ class BestOverBest(_Ranged):
     def test(self, data: Data) -> Tested:
         ones, others = data.by(self.among, self.parameter), data.by(self.to, self.to_parameter or self.parameter)
         one, other = ones[_best(ones, self.measure)], others[_best(others, self.measure)]
-        ratios = (measure(self.measure, one, w) / measure(self.measure, other, w) for w in _weights(one, ODD))
+        ratios = (_over(self.measure, one, other, w) for w in _weights(one, ODD))
         return self._tested(*ratios)
 
 
@@ -247,6 +247,13 @@ class KnownObservations(_Ranged):
     def _observations(self, world: World) -> set[int]:
         goals = np.arange(cell_count(world))[:, np.newaxis]
         return set(np.unique(self.representation.observation(world, goals)).tolist())
+
+
+def _over(name: str, one: Recorded, other: Recorded, weights: FloatArray) -> FloatArray:
+    """A measure of one point over that of another; NaN where both are 0."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio: FloatArray = measure(name, one, weights) / measure(name, other, weights)
+    return ratio
 
 
 def _best(points: Mapping[Any, Recorded], name: str) -> Any:

@@ -61,6 +61,9 @@ def draw(parts: pd.DataFrame, title: str) -> Figure:
 
 
 def _draw_part(axis: Axes, row: int, part: dict[Any, Any]) -> None:
+    if np.isnan(part["value"]):
+        axis.text(0.5, row, "not defined: 0 / 0", ha="center", va="center", fontsize=7)
+        return
     ends = [part[name] for name in ("ci_low", "ci_high", "claimed_low", "claimed_high") if np.isfinite(part[name])]
     low, high = min(ends), max(ends)
     margin = 0.35 * (high - low) or 0.1 * abs(high) or 1.0

@@ -115,7 +115,7 @@ def values_of(planned: Iterable[PlannedPoint], name: str) -> list[Any]:
 
 def _matches(parameters: Mapping[str, Any], where: Where) -> bool:
     for name, wanted in where.items():
-        values = wanted if isinstance(wanted, (list, tuple)) else [wanted]
+        values = [wanted, *wanted] if isinstance(wanted, (list, tuple)) else [wanted]  # the list itself may be meant
         if name not in parameters or _plain(parameters[name]) not in [_plain(value) for value in values]:
             return False
     return True

@@ -73,6 +73,14 @@ def test_no_number_of_resamples_makes_sure():
     assert part(100.0).p_claim == pytest.approx(1 / 5001)
 
 
+@pytest.mark.parametrize("value", [math.nan, 2.0])
+def test_what_is_not_defined_is_undecided(value: float):
+    samples = np.where(np.arange(5000) < 10, np.nan, 2.0)
+    tested = in_range("0 / 0", value, samples, 1.0, math.inf)
+    assert tested.state == "unclear"
+    assert judge({"c": [tested]})["c"].verdict == Verdict.UNDECIDED
+
+
 def test_holm_by_hand():
     assert holm({"a": 0.01, "b": 0.04, "c": 0.03}) == {"a": 0.03, "c": 0.06, "b": 0.06}
     assert holm({}) == {}

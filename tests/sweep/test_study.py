@@ -193,7 +193,7 @@ def test_a_study_without_any_block_is_refused(planned):
 
 
 def test_a_study_that_does_not_exist_is_refused_with_those_that_do():
-    with shipped_config(), pytest.raises(ConfigError, match=r"study=table: .*did you mean study=table4\?"):
+    with shipped_config(), pytest.raises(ConfigError, match=r"study=table: .*did you mean study=table\d\?"):
         load_study("table", ())
 
 
@@ -316,3 +316,33 @@ def test_shards_are_the_whole_plan_each_point_once(composer: Composer, of: int):
     # Whatever order the points were asked for in.
     other = plan_overrides(sweeps[::-1], composer)
     assert {p.fingerprint for p in other.shard(1, of)} == {p.fingerprint for p in shards[0]}
+
+
+# Studies of studies.
+
+
+def test_a_study_may_include_others(composer: Composer):
+    config = OmegaConf.create({"study": {"includes": ["table4", "table2"]}})
+    found = plan_study("both", config, ("task.periods=5",), composer)
+    parts = [load_study(name, ("task.periods=5",), composer).plan for name in ("table4", "table2")]
+    assert {p.fingerprint for p in found} == {p.fingerprint for part in parts for p in part}
+    assert found.studies == ("both", "table4", "table2")
+    assert all(p.studies[0] == "both" for p in found)
+    assert {p.point.task.periods for p in found} == {5}
+
+
+@pytest.mark.parametrize("included", ["table4", [1], ["both"], [["table4"]]], ids=str)
+def test_what_is_included_is_a_list_of_other_studies(composer: Composer, included: object):
+    config = OmegaConf.create({"study": {"includes": included}})
+    with pytest.raises(ConfigError, match="study both: includes should be a list of the names of other studies"):
+        plan_study("both", config, (), composer)
+
+
+def test_a_report_may_need_no_points(composer: Composer):
+    config = OmegaConf.create({"study": {"report": {"_target_": "somewhere.Report"}}})
+    assert len(plan_study("picture", config, (), composer)) == 0
+
+
+@pytest.mark.parametrize(("periods", "mark"), [(500, ""), (50, "quick look: 50 periods instead of 500"), (900, "")])
+def test_a_study_of_fewer_periods_is_marked(table4, periods: int, mark: str):
+    assert table4(f"task.periods={periods}").mark == mark

@@ -1,0 +1,41 @@
+"""A reader whose runs are learned when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rl_design_space.learning import LearningCurves, simulate
+from rl_design_space.sweep.plan import Plan
+from rl_design_space.tracking.tracker import StoredRun
+
+
+@dataclass
+class LearningReader:
+    """Runs of all points of a plan but of some."""
+
+    plan: Plan
+    missing: Collection[str] = ()
+    attached: list[tuple[str, Sequence[Path]]] = field(default_factory=list)
+
+    def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        return {fingerprint: StoredRun(fingerprint) for fingerprint in fingerprints if fingerprint not in self.missing}
+
+    def periods(self, run: StoredRun) -> dict[str, Any]:
+        (planned,) = (planned for planned in self.plan if planned.fingerprint == run.run_id)
+        curves: LearningCurves = simulate(planned.point, threads=1)
+        return {
+            "steps": curves.steps,
+            "success": curves.success,
+            "optimum": curves.optimum,
+            "rows": curves.rows,
+            **curves.curves,
+        }
+
+    def link(self, ui: str, study: str) -> str:
+        return f"{ui}/{study}"
+
+    def attach(self, study: str, paths: Sequence[Path]) -> None:
+        self.attached.append((study, paths))

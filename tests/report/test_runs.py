@@ -1,0 +1,59 @@
+"""Points of a study by their parameters, and their periods, each read once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning import simulate
+from rl_design_space.report.runs import Runs, values_of
+from rl_design_space.sweep.compose import Composer, shipped_config
+from rl_design_space.sweep.study import plan_overrides
+from tests.report.readers import LearningReader
+
+SWEEP = ["task.periods=2", "task.trials=3", "exploration=linear", "world.size=4,5", "msa.lengths=[],[2],[2,3]"]
+
+
+@pytest.fixture(scope="module")
+def plan():
+    with shipped_config():
+        return plan_overrides(SWEEP, Composer())
+
+
+def test_points_are_chosen_by_values(plan):
+    runs = Runs(plan, LearningReader(plan))
+    assert [p.name for p in runs.where({"world.size": 4, "msa.lengths": [2]})] == [
+        "task.periods=2 task.trials=3 exploration=linear world.size=4 msa.lengths=[2]"
+    ]
+    assert len(runs.where({"world.size": [4, 5], "exploration": "linear"})) == 6
+    assert len(runs.where({"msa.lengths": "[2, 3]"})) == 2
+    assert runs.where({"world.size": 9}) == []
+
+
+def test_one_point_is_just_one(plan):
+    runs = Runs(plan, LearningReader(plan))
+    assert runs.one({"world.size": 5, "msa.lengths": [2, 3]}).point.world.size == 5
+    with pytest.raises(ConfigError, match=r"world\.size=5: should be one point of sweep, not 3"):
+        runs.one({"world.size": 5})
+    with pytest.raises(ConfigError, match=r"world\.siz: .*did you mean world\.size\?"):
+        runs.where({"world.siz": 5})
+
+
+def test_periods_are_what_was_learned_and_read_once(plan, monkeypatch: pytest.MonkeyPatch):
+    reader = LearningReader(plan, missing={plan[1].fingerprint})
+    runs = Runs(plan, reader)
+    assert runs.missing == [plan[1]]
+    assert runs.periods(plan[1]) is None
+    first, expected = runs.periods(plan[0]), simulate(plan[0].point)
+    assert np.array_equal(first.steps, expected.steps)
+    assert np.array_equal(first.total_steps, expected.total_steps)
+    assert np.array_equal(first.over_optimum.mean(axis=0), expected.over_optimum)
+    monkeypatch.setattr(reader, "periods", None)
+    assert runs.periods(plan[0]) is first
+
+
+def test_values_come_in_the_order_of_the_points(plan):
+    assert values_of(plan, "world.size") == [4, 5]
+    assert values_of(plan, "msa.lengths") == ["[]", "[2]", "[2, 3]"]
+    assert values_of(plan, "nothing") == []
