@@ -11,9 +11,9 @@ import pytest
 
 from rl_design_space.design import DesignPoint, Task, Torus
 from rl_design_space.learning import LearningCurves, simulate
+from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.sweep.clusters import chunks
 from rl_design_space.sweep.clusters.chunks import Results, learn_in_chunks
-from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.sweep.clusters.worker import Failure, learn_chunk
 from rl_design_space.sweep.plan import PlannedPoint
 
