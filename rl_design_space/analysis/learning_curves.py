@@ -1,0 +1,89 @@
+"""Learning curves of points, with their uncertainty, and what to hold them against."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.measures import Recorded, measure
+from rl_design_space.analysis.statistics import mean_estimate, percentile_interval, resample_weights
+from rl_design_space.design import World
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def curve_frame(recorded: Recorded) -> pd.DataFrame:
+    """One row a trial: how many steps it takes, over periods.
+
+    Returns:
+        trial; mean with ci_low and ci_high (95 %, bootstrap over periods); median, q10, q90; failed, the share of
+        periods in which the trial misses the final goal.
+    """
+    import pandas as pd
+
+    steps = recorded.steps.astype(np.float64)
+    low, high = percentile_interval(resample_weights(len(steps)) @ steps)
+    q10, median, q90 = np.quantile(steps, (0.1, 0.5, 0.9), axis=0)
+    return pd.DataFrame(
+        {
+            "trial": np.arange(steps.shape[1]),
+            "mean": steps.mean(axis=0),
+            "ci_low": low,
+            "ci_high": high,
+            "median": median,
+            "q10": q10,
+            "q90": q90,
+            "failed": 1 - recorded.success.mean(axis=0),
+        }
+    )
+
+
+def curve_summary(recorded: Recorded) -> dict[str, float]:
+    """The numbers that sum a curve up, those of means with their 95 % intervals."""
+    equal = np.full((1, len(recorded.steps)), 1 / len(recorded.steps))
+    total = mean_estimate(recorded.steps.sum(axis=1, dtype=np.float64))
+    final = mean_estimate(recorded.over_optimum[:, -10:].mean(axis=1))
+    return {
+        "total_steps": total.value,
+        "total_low": total.low,
+        "total_high": total.high,
+        "trials_to_final": float(measure("trials_to_final", recorded, equal)[0]),
+        "final_over_optimum": final.value,
+        "final_low": final.low,
+        "final_high": final.high,
+        "failed": float(1 - recorded.success.mean()),
+        "exploration": float(recorded.epsilon.sum()),
+    }
+
+
+def random_walk_steps(world: World, layouts: NDArray[np.int32]) -> float:
+    """Steps that a uniformly random walker needs to reach all goals in order, expected, mean over layouts.
+
+    Exact: the hitting times of a goal solve h = 1 + P h, where P is the walk with the goal taken out (Kemeny and Snell,
+    "Finite Markov Chains", 1960, ch. 3). Without a step cap.
+
+    Args:
+        world: with its transition table.
+        layouts: (periods, 1 + n_goals) start and goals.
+    """
+    next_cell = world.next_cell()
+    moves, cells = next_cell.shape
+    walk = np.zeros((cells, cells))
+    for move in range(moves):
+        np.add.at(walk, (np.arange(cells), next_cell[move]), 1 / moves)
+    hitting = {goal: _hitting_times(walk, goal) for goal in np.unique(layouts[:, 1:]).tolist()}
+    legs = zip(layouts[:, :-1].ravel().tolist(), layouts[:, 1:].ravel().tolist(), strict=True)
+    return float(sum(hitting[goal][start] for start, goal in legs) / len(layouts))
+
+
+def _hitting_times(walk: FloatArray, goal: int) -> FloatArray:
+    """(cells,) expected moves of a walk until it is at a goal."""
+    others = np.arange(len(walk)) != goal
+    times = np.zeros(len(walk))
+    inner = walk[np.ix_(others, others)]
+    times[others] = np.linalg.solve(np.eye(len(inner)) - inner, np.ones(len(inner)))
+    return times
