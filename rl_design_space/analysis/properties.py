@@ -1,0 +1,121 @@
+"""Properties of a representation that follow from its observations alone, without any learning (paper, Table 1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rl_design_space.design import Representation, World
+from rl_design_space.learning.optimum import shortest_tours
+
+
+@dataclass(frozen=True)
+class Properties:
+    """Properties of a representation on some layouts, means over the layouts.
+
+    A state is a cell and a success counter.
+
+    Attributes:
+        states_each: as how many states a state is seen, itself included: those with the same observation.
+        aliased: share of states that are seen as others with which they have no optimal move in common.
+        other_goals: share of states of another layout in which the move is optimal that is optimal most often, in a
+            first layout, for the same observation; an observation that the first layout does not have counts as a
+            failure. A move at random is optimal in about half of the states.
+        larger_grid: the same for a layout on a larger grid.
+    """
+
+    states_each: float
+    aliased: float
+    other_goals: float
+    larger_grid: float
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """What is seen in a layout, and which moves are optimal.
+
+    Attributes:
+        codes: (n_goals, cells) observations, by success counter.
+        optimal: (moves, n_goals, cells)
+    """
+
+    codes: NDArray[np.int64]
+    optimal: NDArray[np.bool_]
+
+
+def properties(
+    representation: Representation,
+    world: World,
+    larger: World,
+    layouts: NDArray[np.int32],
+    on_larger: NDArray[np.int32],
+) -> Properties:
+    """The properties of a representation.
+
+    Args:
+        representation: to be looked at.
+        world: where the layouts are.
+        larger: a larger world.
+        layouts: (layouts, 1 + n_goals) starts and goals in `world`, at least two.
+        on_larger: (layouts, 1 + n_goals) in `larger`.
+    """
+    seen = [_look(representation, world, layout[1:]) for layout in layouts]
+    beyond = [_look(representation, larger, layout[1:]) for layout in on_larger]
+    alone = np.array([_of_layout(each) for each in seen])
+    return Properties(
+        states_each=float(alone[:, 0].mean()),
+        aliased=float(alone[:, 1].mean()),
+        other_goals=float(np.mean([_carried(*pair) for pair in zip(seen, seen[1:] + seen[:1], strict=True)])),
+        larger_grid=float(np.mean([_carried(*pair) for pair in zip(seen, beyond, strict=True)])),
+    )
+
+
+def optimal_moves(world: World, goals: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Which moves bring the agent nearer to the goal that is due.
+
+    Args:
+        world: with its transition table.
+        goals: (n_goals,) cells, to be reached in their order.
+
+    Returns:
+        (moves, n_goals, cells), by success counter; at the goal itself every move is as good.
+    """
+    next_cell = world.next_cell()
+    cells = np.arange(next_cell.shape[1], dtype=np.int32)
+    pairs = np.stack(np.broadcast_arrays(cells, goals[:, np.newaxis]), axis=-1).reshape(-1, 2).astype(np.int32)
+    away: NDArray[np.int32] = shortest_tours(next_cell, pairs).reshape(len(goals), len(cells))
+    nearer = away[:, next_cell].transpose(1, 0, 2) < away
+    at_goal = np.equal(goals[:, np.newaxis], cells)
+    return np.asarray(np.logical_or(nearer, at_goal))
+
+
+def _look(representation: Representation, world: World, goals: NDArray[np.int32]) -> _Layout:
+    return _Layout(representation.observation(world, goals), optimal_moves(world, goals))
+
+
+def _votes(layout: _Layout) -> tuple[NDArray[np.int64], NDArray[np.intp], NDArray[np.int64], NDArray[np.int64]]:
+    """Observations; which of them each state is; states of each; and in how many of those each move is optimal."""
+    known, which, counts = np.unique(layout.codes.ravel(), return_inverse=True, return_counts=True)
+    votes = np.zeros((len(known), len(layout.optimal)), dtype=np.int64)
+    for move, optimal in enumerate(layout.optimal):
+        np.add.at(votes[:, move], which, optimal.ravel())
+    return known, which, counts, votes
+
+
+def _of_layout(layout: _Layout) -> tuple[float, float]:
+    """States that a state is seen as, and share of aliased states."""
+    _, which, counts, votes = _votes(layout)
+    agreed = (votes == counts[:, np.newaxis]).any(axis=1)
+    return float(counts[which].mean()), float((~agreed[which]).mean())
+
+
+def _carried(known_from: _Layout, to: _Layout) -> float:
+    """How often the best move by observation, in one layout, is optimal in another."""
+    known, _, _, votes = _votes(known_from)
+    codes = to.codes.ravel()
+    place = np.minimum(np.searchsorted(known, codes), len(known) - 1)
+    move = votes.argmax(axis=1)[place]
+    optimal = to.optimal.reshape(len(to.optimal), -1)[move, np.arange(len(codes))]
+    return float((optimal & (known[place] == codes)).mean())
