@@ -53,7 +53,7 @@ def draw(figure: CurvesFigure, lines: list[Line], curves: pd.DataFrame, explorat
     panels = list(dict.fromkeys(line.panel for line in lines))
     heights = [3.6, 0.8, *([2.6] if figure.families else [])]
     blocks = -(-len(panels) // _COLUMNS)
-    most_failed = max(0.01, float(curves["failed"].max()) if len(curves) else 0)
+    most_failed = max(0.01, float(curves["failed"].max()) if len(curves) else 0.0)
     with mpl.rc_context(_SETTINGS):
         drawn, axes = plt.subplots(
             blocks * len(heights), min(len(panels), _COLUMNS), layout="constrained", squeeze=False, sharey="row",
@@ -84,6 +84,8 @@ def _draw_curves(axis: Axes, below: Axes, lines: list[Line], curves: pd.DataFram
     for line, colour, dashes in zip(lines, colours, _DASHES * len(lines), strict=False):
         label = line.name if line.recorded else f"{line.name} (missing)"
         handles.append(Line2D([], [], color=colour, linestyle=dashes, label=label))
+        if not line.recorded:
+            continue
         curve = curves[curves["line"] == line.name]
         axis.fill_between(curve["trial"], curve["ci_low"], curve["ci_high"], color=colour, alpha=0.25, linewidth=0)
         axis.plot(curve["trial"], curve["mean"], color=colour, linestyle=dashes, linewidth=1.4)

@@ -82,7 +82,7 @@ def save(figure: Figure, stem: Path, mark: str = "") -> list[Path]:
     """Write a figure as PNG and SVG, the same bytes for the same figure; a mark stands in its corner."""
     paths = []
     if mark:
-        figure.text(0.995, 0.995, mark, ha="right", va="top", fontsize=9, color="#664d03", backgroundcolor="#fff3cd")
+        figure.text(0.98, 0.98, mark, ha="right", va="top", fontsize=8, color="#664d03", backgroundcolor="#fff3cd")
     with mpl.rc_context(_SETTINGS):
         for suffix, metadata in ((".png", {}), (".svg", {"Date": None})):
             path = stem.with_suffix(suffix)

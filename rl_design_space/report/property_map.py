@@ -89,8 +89,8 @@ class PropertyMap:
             *table_lines(cells, self.built_gradings(), self.labels),
             f"Exact on {self.layouts} random layouts of {self.goals} goals on a {self.size}×{self.size} torus; the "
             f"larger grid is {self.larger}×{self.larger}. A state is a cell and a success counter; whether a move is "
-            "optimal is found by breadth-first search. ++ under perceptual aliasing means: much of it. Implementability "
-            "is the paper's judgement.",
+            "optimal is found by breadth-first search. ++ under perceptual aliasing means: much of it. "
+            "Implementability is the paper's judgement.",
             "",
         ]
         stem.with_suffix(".md").write_text("\n".join(lines), encoding="utf-8")

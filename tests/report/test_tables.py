@@ -1,0 +1,205 @@
+"""Tables 1, 2 and 3 and Figure 1: numbers, grades, the paper's side, and what is missing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rl_design_space.analysis.quality import Quality
+from rl_design_space.analysis.statistics import Estimate
+from rl_design_space.errors import ConfigError
+from rl_design_space.report.grades import GRADES, Cell, Grading, cells_frame
+from rl_design_space.report.property_map import PropertyMap
+from rl_design_space.report.quality_map import QualityMap
+from rl_design_space.report.runs import Runs
+from rl_design_space.report.scenario import Scenario
+from rl_design_space.report.state_space import StateSpace
+from rl_design_space.sweep.compose import shipped_config
+from rl_design_space.sweep.study import Study, load_study
+from tests.report.readers import LearningReader
+
+#: Tables 1 and 3 of the paper: situation information, aliasing, implementability, size, generalisation; speed, quality,
+#: need for exploration.
+TABLE_1 = {"ad_hoc": "++ 0 − ++ 0", "distance": "+ + 0 0 +", "direction": "0 ++ + ++ ++"}
+TABLE_3 = {"ad_hoc": "++ ++ +", "distance": "0 0 ++", "direction": "++ ++ ++"}
+#: Table 2 of the paper, n = 1 to 5.
+TABLE_2 = {
+    ("ad_hoc", 10): (100, 200, 300, 400, 500),
+    ("ad_hoc", 20): (400, 800, 1200, 1600, 2000),
+    ("distance", 10): (10, 200, 3000, 40_000, 500_000),
+    ("distance", 20): (20, 800, 24_000, 640_000, 16_000_000),
+    ("direction", 10): (5, 50, 375, 2500, 15_625),
+    ("direction", 20): (5, 50, 375, 2500, 15_625),
+}
+
+
+def shipped(name: str, *overrides: str) -> Study:
+    with shipped_config():
+        return load_study(name, overrides)
+
+
+# Grades.
+
+
+@pytest.mark.parametrize(("number", "grade"), [(1.0, "++"), (1.25, "++"), (1.3, "+"), (3.9, "0"), (4.1, "−")])
+def test_a_small_number_is_a_good_grade(number: float, grade: str):
+    assert Grading(means="-", limits=(1.25, 2.0, 4.0)).grade(number) == grade
+    assert Grading(means="-", limits=(1.25, 2.0, 4.0), of_least=True).grade(10 * number, least=10) == grade
+
+
+@pytest.mark.parametrize(("number", "grade"), [(5.0, "++"), (4.0, "++"), (2.0, "+"), (1.3, "0"), (1.0, "−")])
+def test_a_large_number_is_a_high_grade_where_much_is_meant(number: float, grade: str):
+    assert Grading(means="-", limits=(4.0, 2.0, 1.25), larger=True).grade(number) == grade
+
+
+def test_the_rule_of_a_grade_is_told():
+    assert Grading(means="-", limits=(4.0, 2.0, 1.25), larger=True, of_least=True).rule() == (
+        "++ ≥ 4 × the least, + ≥ 2 × the least, 0 ≥ 1.25 × the least, otherwise −"
+    )
+
+
+def test_the_csv_says_what_the_cells_do():
+    frame = cells_frame([Cell("a", "speed", 3.0, "3 trials\n(2 – 4)", "+", "++")])
+    assert frame.to_dict("records") == [
+        {"row": "a", "column": "speed", "number": 3.0, "grade": "+", "paper": "++", "measured": "3 trials (2 – 4)"}
+    ]
+
+
+# Table 1.
+
+
+def test_table_1_has_the_papers_grades_and_ours_where_they_can_be_measured():
+    table: PropertyMap = shipped("table1").report()
+    assert {row: " ".join(grades.values()) for row, grades in table.paper.items()} == TABLE_1
+    cells = {(cell.row, cell.column): cell for cell in replace(table, layouts=5, larger=12).cells()}
+    assert len(cells) == 15
+    for (row, column), cell in cells.items():
+        assert (cell.grade in GRADES) == (column != "implementability"), (row, column)
+    assert cells["ad_hoc", "perceptual aliasing"].number == 0
+    assert cells["distance", "perceptual aliasing"].number > 0
+    assert cells["direction", "size of state space"].text == "375 observations"
+    assert cells["ad_hoc", "implementability"].text == "judged by the paper"
+
+
+def test_table_1_is_written_without_any_run(tmp_path: Path):
+    study = shipped("table1")
+    paths = replace(study.report(), layouts=3, larger=11).write(study, LearningReader(study.plan), tmp_path)
+    assert {path.name for path in paths} == {f"table1.{suffix}" for suffix in ("png", "svg", "csv", "md")}
+    text = (tmp_path / "table1.md").read_text(encoding="utf-8")
+    assert "which needs no runs" in text
+    assert "judged by the paper; paper −" in text
+
+
+# Table 2.
+
+
+def test_table_2_has_the_papers_numbers():
+    table: StateSpace = shipped("table2").report()
+    published = {
+        (name, size): tuple(by_goals[n] for n in range(1, 6))
+        for name, sizes in table.published.items()
+        for size, by_goals in sizes.items()
+    }
+    assert published == TABLE_2
+
+
+def test_table_2_counts_rows(tmp_path: Path):
+    study = shipped(
+        "table2", "task.periods=4", "task.trials=3", "task.max_steps=200", "task.goals=1,2", "world.size=10"
+    )
+    missing = study.plan[-1]
+    reader = LearningReader(study.plan, {missing.fingerprint})
+    frame = study.report().frame(Runs(study.plan, reader)).set_index(["representation", "goals"])
+    assert (frame["paper"] == frame["formula"]).all()
+    assert frame.loc[("ad_hoc", 2), "met"] == 200
+    assert 0 < frame.loc[("ad_hoc", 2), "learned"] <= 200
+    assert frame.loc[("distance", 1), "met"] == 11  # 0 to 10
+    assert np.isnan(frame.loc[(missing.options["representation"], missing.point.task.goals), "met"])
+    study.report().write(study, reader, tmp_path)
+    text = (tmp_path / "table2.md").read_text(encoding="utf-8")
+    assert "The formula of the paper gives 6 of its 6 numbers." in text
+    assert "**Missing: 1 points**" in text
+    assert len(pd.read_csv(tmp_path / "table2.csv")) == 6
+
+
+# Table 3.
+
+
+def made_up(speed: float, over: float, exploration: float) -> Quality:
+    sure = [Estimate(value, value, value) for value in (speed, over, 0.1, exploration)]
+    return Quality("linear, k = 0.03", *sure)
+
+
+def grades(table: QualityMap, **measured: Quality | None) -> dict[tuple[str, str], str]:
+    found = {row: measured.get(row) for row in table.rows}
+    return {(cell.row, cell.column): cell.grade for cell in table.cells(found)}
+
+
+def test_table_3_has_the_papers_grades():
+    table: QualityMap = shipped("table3").report()
+    assert {row: " ".join(grades.values()) for row, grades in table.paper.items()} == TABLE_3
+
+
+def test_a_grade_turns_with_the_number():
+    table: QualityMap = shipped("table3").report()
+    good, bad = made_up(10, 1.01, 1.0), made_up(50, 1.6, 9.0)
+    found = grades(table, ad_hoc=good, distance=bad, direction=good)
+    assert [found["ad_hoc", column] for column in table.gradings] == ["++", "++", "−"]
+    assert [found["distance", column] for column in table.gradings] == ["−", "−", "++"]
+    turned = grades(table, ad_hoc=bad, distance=good, direction=good)
+    assert [turned["ad_hoc", column] for column in table.gradings] == ["−", "−", "++"]
+
+
+def test_a_representation_of_which_a_point_is_missing_has_no_grade():
+    table: QualityMap = shipped("table3").report()
+    found = grades(table, ad_hoc=made_up(10, 1.0, 1.0))
+    assert found["distance", "convergence speed"] == ""
+    assert found["ad_hoc", "convergence speed"] == "++"
+
+
+def test_table_3_from_points_to_files(tmp_path: Path):
+    small = ("task.periods=6", "task.trials=12", "world.size=4")
+    study = shipped("table3", *small)
+    distance = [p for p in study.plan if p.options["representation"] == "distance"]
+    reader = LearningReader(study.plan, {distance[0].fingerprint})
+    paths = study.report().write(study, reader, tmp_path)
+    assert {path.name for path in paths} == {f"table3.{suffix}" for suffix in ("png", "svg", "csv", "md")}
+    frame = pd.read_csv(tmp_path / "table3.csv", keep_default_na=False)
+    assert frame[frame["row"] == "distance"]["measured"].tolist() == ["missing"] * 3
+    assert (frame[frame["row"] != "distance"]["grade"] != "").all()
+    text = (tmp_path / "table3.md").read_text(encoding="utf-8")
+    assert "**Missing: 1 points**; `rl-design-space study=table3" in text
+    study.report().write(study, LearningReader(study.plan, {p.fingerprint for p in study.plan}), tmp_path / "nothing")
+
+
+# Figure 1.
+
+
+def test_figure_1_sees_what_the_paper_says():
+    figure: Scenario = shipped("fig1").report()
+    seen = figure.frame().set_index("representation")["sees"].to_dict()
+    assert seen == {"ad hoc": "(3, 3)", "distance": "(3, 3, 2)", "direction": "(right, below, left)"}
+
+
+@pytest.mark.parametrize(
+    ("goal", "direction"),
+    [((3, 3), "here"), ((4, 3), "right"), ((2, 3), "left"), ((3, 2), "above"), ((3, 4), "below")],
+)
+def test_figure_1_takes_its_directions_from_the_representation(goal: tuple[int, int], direction: str):
+    figure = Scenario(title="-", size=8, agent=(3, 3), goals=(goal,))
+    assert figure.frame()["sees"].tolist()[-1] == f"({direction})"
+
+
+def test_figure_1_is_written_without_any_run(tmp_path: Path):
+    study = shipped("fig1")
+    paths = study.report().write(study, LearningReader(study.plan), tmp_path)
+    assert {path.name for path in paths} == {f"fig1.{suffix}" for suffix in ("png", "svg", "csv", "md")}
+
+
+def test_a_goal_outside_of_the_grid_is_refused():
+    with pytest.raises(ConfigError, match=r"\(9, 1\) lies outside of a grid of 8×8"):
+        Scenario(title="-", size=8, agent=(3, 3), goals=((9, 1),)).frame()
