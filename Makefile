@@ -1,5 +1,6 @@
 # Everything a newcomer needs:
-#   make run    set up, run the Table 4 study, write its report
+#   make run    set up, run every table and figure of the paper, write the page with all of them
+#   make quick  the same with a tenth of the periods, for a first look
 #   make test   set up, then lint, types and tests
 #   make ui     the MLflow UI on what has been run
 #   make bench  set up with other implementations, then measure ours against them
@@ -10,16 +11,21 @@ BIN     := $(VENV)/bin
 
 export MLFLOW_DISABLE_TELEMETRY := true
 
-.PHONY: help run test ui bench peers lint lock clean
+.PHONY: help run quick test ui bench peers lint lock clean
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n 's/^#   //p' Makefile
 
 run: $(VENV)/.run
-	$(BIN)/rl-design-space study=table4
-	$(BIN)/rl-design-report table4
-	@echo "The report is in outputs/report/table4.md, the learning curves are in MLflow: make ui"
+	$(BIN)/rl-design-space study=paper
+	$(BIN)/rl-design-report all >/dev/null
+	@echo "The page is outputs/report/index.html; the learning curves are in MLflow: make ui"
+
+quick: $(VENV)/.run
+	$(BIN)/rl-design-space study=paper task.periods=50 outputs=outputs/quick
+	$(BIN)/rl-design-report all task.periods=50 outputs=outputs/quick >/dev/null
+	@echo "The page is outputs/quick/report/index.html"
 
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist loadfile
