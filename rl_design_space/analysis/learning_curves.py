@@ -46,6 +46,7 @@ def curve_summary(recorded: Recorded) -> dict[str, float]:
     """The numbers that sum a curve up, those of means with their 95 % intervals."""
     equal = np.full((1, len(recorded.steps)), 1 / len(recorded.steps))
     total = mean_estimate(recorded.steps.sum(axis=1, dtype=np.float64))
+    failed = mean_estimate(1 - recorded.success.mean(axis=1))
     final = mean_estimate(recorded.over_optimum[:, -10:].mean(axis=1))
     return {
         "total_steps": total.value,
@@ -55,7 +56,9 @@ def curve_summary(recorded: Recorded) -> dict[str, float]:
         "final_over_optimum": final.value,
         "final_low": final.low,
         "final_high": final.high,
-        "failed": float(1 - recorded.success.mean()),
+        "failed": failed.value,
+        "failed_low": failed.low,
+        "failed_high": failed.high,
         "exploration": float(recorded.epsilon.sum()),
     }
 

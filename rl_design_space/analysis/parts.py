@@ -109,8 +109,8 @@ class Level(_Ranged):
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Ratio(_Ranged):
-    """A measure of one point over that of another.
+class _OfTwo(_Ranged):
+    """A measure of one point held against that of another.
 
     Attributes:
         point: values of the one.
@@ -124,28 +124,26 @@ class Ratio(_Ranged):
 
     def test(self, data: Data) -> Tested:
         one, other = data.one(self.point), data.one(self.to)
-        ratios = (_over(self.measure, one, other, w) for w in _weights(one))
-        return self._tested(*ratios)
+        return self._tested(*(self._compared(one, other, weights) for weights in _weights(one)))
+
+    def _compared(self, one: Recorded, other: Recorded, weights: FloatArray) -> FloatArray:
+        raise NotImplementedError
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Difference(_Ranged):
-    """A measure of one point minus that of another.
+class Ratio(_OfTwo):
+    """A measure of one point over that of another; see `_OfTwo`."""
 
-    Attributes:
-        point: values of the one.
-        to: values of the other.
-        measure: of `analysis.measures`.
-    """
+    def _compared(self, one: Recorded, other: Recorded, weights: FloatArray) -> FloatArray:
+        return _over(self.measure, one, other, weights)
 
-    point: _Choice
-    to: _Choice
-    measure: Measure
 
-    def test(self, data: Data) -> Tested:
-        one, other = data.one(self.point), data.one(self.to)
-        differences = (measure(self.measure, one, w) - measure(self.measure, other, w) for w in _weights(one))
-        return self._tested(*differences)
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Difference(_OfTwo):
+    """A measure of one point minus that of another; see `_OfTwo`."""
+
+    def _compared(self, one: Recorded, other: Recorded, weights: FloatArray) -> FloatArray:
+        return measure(self.measure, one, weights) - measure(self.measure, other, weights)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

@@ -12,6 +12,8 @@ mpl.use("Agg")
 
 import matplotlib.pyplot as plt
 
+from rl_design_space.report.markdown import made_by, missing_points
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -78,14 +80,12 @@ def _draw_panel(axis: Axes, fits: pd.DataFrame) -> None:
 
 def audit_text(study: Study, fits: pd.DataFrame, table: PublishedTable, audit: ReadingsAudit, runs: Runs) -> str:
     """The ranking with its picture, the commands behind it, and how to read it."""
-    periods = sorted({planned.point.task.periods for planned in study.plan})
     lines = [
         f"# {audit.title}",
         "",
         f"![Readings ranked by their distance from the published numbers, with intervals]({study.name}.png)",
         "",
-        f"Made by `{study.report_command}` from runs of `{study.command}`, "
-        f"{' or '.join(map(str, periods))} periods a cell.",
+        made_by(study),
         "",
     ]
     for panel, here in fits.groupby("panel", sort=False):
@@ -97,9 +97,7 @@ def audit_text(study: Study, fits: pd.DataFrame, table: PublishedTable, audit: R
             *(_row(fitted, audit) for fitted in here.to_dict("records")),
             "",
         ]
-    if runs.missing:
-        lines += [f"**Missing: {len(runs.missing)} of {len(study.plan)} points**; `{study.command}` makes them.", ""]
-    return "\n".join([*lines, _HOW_TO_READ, ""])
+    return "\n".join([*lines, *missing_points(study, len(runs.missing)), _HOW_TO_READ, ""])
 
 
 _HOW_TO_READ = (

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from rl_design_space.analysis.claims import Tested, Verdict
+from rl_design_space.report.markdown import made_by
 
 if TYPE_CHECKING:
     from rl_design_space.report.ledger import Judged
@@ -18,7 +19,6 @@ def ledger_text(study: Study, judged: Sequence[Judged], title: str) -> str:
     """The verdicts, how sure they are, and everything that they rest on."""
     counts = Counter(each.finding.verdict for each in judged)
     counted = ", ".join(f"{counts[verdict]} {verdict}" for verdict in Verdict)
-    periods = sorted({planned.point.task.periods for planned in study.plan})
     lines = [
         f"# {title}",
         "",
@@ -27,8 +27,7 @@ def ledger_text(study: Study, judged: Sequence[Judged], title: str) -> str:
         f"![Every part of every claim: its value with the 95 % interval, beside the range that the claim gives]"
         f"({study.name}.png)",
         "",
-        f"Made by `{study.report_command}` from runs of `{study.command}`, "
-        f"{' or '.join(map(str, periods))} periods a point.",
+        made_by(study),
         "",
         "| claim | says | verdict | hangs on | value | 95 % interval | claimed | see |",
         "|---|---|---|---|---|---|---|---|",

@@ -15,17 +15,30 @@ if TYPE_CHECKING:
     from rl_design_space.sweep.study import Study
 
 
+def made_by(study: Study) -> str:
+    """Where a report comes from: the commands behind it, and how many periods a point has."""
+    if not study.plan:
+        return f"Made by `{study.report_command}`, which needs no runs."
+    periods = " or ".join(map(str, sorted({planned.point.task.periods for planned in study.plan})))
+    return f"Made by `{study.report_command}` from runs of `{study.command}`, {periods} periods a point."
+
+
+def missing_points(study: Study, missing: int) -> list[str]:
+    """A paragraph that says how points that are missing are made; nothing if there are none."""
+    if not missing:
+        return []
+    return [f"**Missing: {missing} of {len(study.plan)} points**; `{study.command}` makes them.", ""]
+
+
 def published_table_text(study: Study, cells: pd.DataFrame, table: PublishedTable) -> str:
     """The table with its picture, the commands behind it, and how to read it."""
     measured = cells.dropna(subset="measured")
-    periods = sorted({planned.point.task.periods for planned in study.plan})
     lines = [
         f"# {table.title}",
         "",
         f"![{table.title}: measured and published values]({study.name}.png)",
         "",
-        f"Made by `{study.report_command}` from runs of `{study.command}`, "
-        f"{' or '.join(map(str, periods))} periods a cell.",
+        made_by(study),
         "",
         *_rows(cells, table),
         "",

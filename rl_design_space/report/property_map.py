@@ -73,6 +73,7 @@ class PropertyMap:
         """Write NAME.png, .svg, .csv and .md into a folder; the paths written."""
         from rl_design_space.report.grades_picture import draw, table_lines
         from rl_design_space.report.heatmap import save
+        from rl_design_space.report.markdown import made_by
 
         cells = self.cells()
         folder.mkdir(parents=True, exist_ok=True)
@@ -84,7 +85,7 @@ class PropertyMap:
             "",
             f"![Our grades for each property of each representation, and the paper's]({study.name}.png)",
             "",
-            f"Made by `{study.report_command}`, which needs no runs.",
+            made_by(study),
             "",
             *table_lines(cells, self.built_gradings(), self.labels),
             f"Exact on {self.layouts} random layouts of {self.goals} goals on a {self.size}×{self.size} torus; the "

@@ -74,6 +74,7 @@ class QualityMap:
         """Write NAME.png, .svg, .csv and .md into a folder; the paths written."""
         from rl_design_space.report.grades_picture import draw, table_lines
         from rl_design_space.report.heatmap import save
+        from rl_design_space.report.markdown import made_by, missing_points
 
         runs = Runs(study.plan, reader)
         cells = self.cells(self.measured(runs))
@@ -81,18 +82,15 @@ class QualityMap:
         stem = folder / study.name
         paths = save(draw(cells, self.title, self.labels), stem, study.mark)
         cells_frame(cells).to_csv(stem.with_suffix(".csv"), index=False)
-        missing = (
-            [f"**Missing: {len(runs.missing)} points**; `{study.command}` makes them.", ""] if runs.missing else []
-        )
         lines = [
             f"# {self.title}",
             "",
             f"![Our grades for each representation, the numbers behind them, and the paper's grades]({study.name}.png)",
             "",
-            f"Made by `{study.report_command}` from runs of `{study.command}`.",
+            made_by(study),
             "",
             *table_lines(cells, self.built_gradings(), self.labels),
-            *missing,
+            *missing_points(study, len(runs.missing)),
             "Each representation is taken at its best schedule, linear or exponential: the one with the fewest total "
             "steps on the periods of even number. Speed and quality are those of the periods of odd number. The "
             "interval of the exploration is that of choosing anew in bootstrap resamples; the share of periods that "

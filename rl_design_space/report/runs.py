@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -106,11 +106,6 @@ class Runs:
             arrays = self._reader.periods(self.stored[key])
             self._read[key] = Periods(**{field.name: arrays[field.name] for field in fields(Periods)})
         return self._read[key]
-
-
-def values_of(planned: Iterable[PlannedPoint], name: str) -> list[Any]:
-    """The different values that points have of a parameter, in the order of the points."""
-    return list(dict.fromkeys(_plain(point.parameters[name]) for point in planned if name in point.parameters))
 
 
 def _matches(parameters: Mapping[str, Any], where: Where) -> bool:

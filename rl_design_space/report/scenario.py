@@ -98,6 +98,7 @@ class Scenario:
     def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
         """Write NAME.png, .svg, .csv and .md into a folder; the paths written."""
         from rl_design_space.report.heatmap import save
+        from rl_design_space.report.markdown import made_by
 
         seen = self.frame()
         folder.mkdir(parents=True, exist_ok=True)
@@ -109,7 +110,7 @@ class Scenario:
             "",
             f"![{_ALT}]({study.name}.png)",
             "",
-            f"Made by `{study.report_command}`, which needs no runs.",
+            made_by(study),
             "",
             "| representation | the state of the picture |",
             "|---|---|",

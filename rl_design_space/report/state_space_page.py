@@ -14,6 +14,8 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.ticker import FuncFormatter
 
+from rl_design_space.report.markdown import made_by, missing_points
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -76,7 +78,7 @@ def state_space_text(study: Study, sizes: pd.DataFrame, title: str, labels: Mapp
         "",
         f"![Rows of the Q-matrix by formula, met and learned, against the number of goals]({study.name}.png)",
         "",
-        f"Made by `{study.report_command}` from runs of `{study.command}`.",
+        made_by(study),
         "",
         "| representation | grid | n | paper | all there can be | a period can meet | (95 %) | learned | (95 %) |",
         "|---|---|---|---|---|---|---|---|---|",
@@ -85,9 +87,8 @@ def state_space_text(study: Study, sizes: pd.DataFrame, title: str, labels: Mapp
         f"The formula of the paper gives {len(sizes) - len(wrong)} of its {len(sizes)} numbers.",
         "",
     ]
-    if missing:
-        lines += [f"**Missing: {missing} points**; `{study.command}` makes them.", ""]
     lines += [
+        *missing_points(study, missing),
         "Within one period the goals stay where they are, so a period meets at most n × cells observations, however "
         "many a representation can make. Learned are rows in which an action has another value than at the start. "
         "Distances on a grid of even side have one value more than the formula counts: 0 is one of them.",

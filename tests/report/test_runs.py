@@ -7,7 +7,7 @@ import pytest
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
-from rl_design_space.report.runs import Runs, values_of
+from rl_design_space.report.runs import Runs
 from rl_design_space.sweep.compose import Composer, shipped_config
 from rl_design_space.sweep.study import plan_overrides
 from tests.report.readers import LearningReader
@@ -51,9 +51,3 @@ def test_periods_are_what_was_learned_and_read_once(plan, monkeypatch: pytest.Mo
     assert np.array_equal(first.over_optimum.mean(axis=0), expected.over_optimum)
     monkeypatch.setattr(reader, "periods", None)
     assert runs.periods(plan[0]) is first
-
-
-def test_values_come_in_the_order_of_the_points(plan):
-    assert values_of(plan, "world.size") == [4, 5]
-    assert values_of(plan, "msa.lengths") == ["[]", "[2]", "[2, 3]"]
-    assert values_of(plan, "nothing") == []

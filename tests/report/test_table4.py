@@ -109,7 +109,7 @@ def test_missing_cells_are_named_in_the_text_with_the_command_that_makes_them(wr
 def test_the_text_shows_the_picture_and_every_measured_cell(written: dict[str, Path]):
     text = written[".md"].read_text(encoding="utf-8")
     assert "(table4.png)" in text
-    assert "20 periods a cell" in text
+    assert "20 periods a point" in text
     assert f"`rl-design-report table4 {' '.join(OVERRIDES)}`" in text
     for row in pd.read_csv(written[".csv"]).dropna().itertuples():
         beginning = f"| {row.representation} | {row.size} | {row.goals} | {row.paper:,.0f} | {row.measured:,.0f} |"

@@ -122,7 +122,7 @@ def test_table_2_counts_rows(tmp_path: Path):
     study.report().write(study, reader, tmp_path)
     text = (tmp_path / "table2.md").read_text(encoding="utf-8")
     assert "The formula of the paper gives 6 of its 6 numbers." in text
-    assert "**Missing: 1 points**" in text
+    assert "**Missing: 1 of 6 points**" in text
     assert len(pd.read_csv(tmp_path / "table2.csv")) == 6
 
 
@@ -172,7 +172,7 @@ def test_table_3_from_points_to_files(tmp_path: Path):
     assert frame[frame["row"] == "distance"]["measured"].tolist() == ["missing"] * 3
     assert (frame[frame["row"] != "distance"]["grade"] != "").all()
     text = (tmp_path / "table3.md").read_text(encoding="utf-8")
-    assert "**Missing: 1 points**; `rl-design-space study=table3" in text
+    assert "**Missing: 1 of 60 points**; `rl-design-space study=table3" in text
     study.report().write(study, LearningReader(study.plan, {p.fingerprint for p in study.plan}), tmp_path / "nothing")
 
 
