@@ -61,7 +61,7 @@ KEPT = [
 ]
 
 
-@pytest.mark.parametrize(("check", "component"), KEPT, ids=str)
+@pytest.mark.parametrize(("check", "component"), KEPT, ids=lambda value: getattr(value, "__name__", None) or str(value))
 def test_built_in_options_keep_their_contract(check, component):
     check(component)
 
