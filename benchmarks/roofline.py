@@ -132,6 +132,7 @@ def _parts() -> dict[str, Callable[[int], float]]:
     codes = observation_codes(point, layout[: LANES + 1, 1:])
     steps = np.empty((task.periods, task.trials), dtype=np.int32)
     success = np.empty((task.periods, task.trials), dtype=np.bool_)
+    rows = np.empty((task.periods, 2), dtype=np.int32)
     next_of = np.ascontiguousarray(tables.next_cell.T).ravel()
     runs: dict[str, Callable[[int], float]] = {}
     for name, part in _PARTS.items():
@@ -139,7 +140,7 @@ def _parts() -> dict[str, Callable[[int], float]]:
         # Ends as soon as two periods have, so that the others stand in their last trials.
         kernel.learn(
             tables.next_cell, tables.lengths, tables.threshold, tables.rules, codes, 0, layout, generator, lanes,
-            False, steps, success,
+            False, steps, success, rows,
         )  # fmt: skip
         running = int(lanes.running[0])
         arguments = (lanes, next_of, lanes.entries.ravel(), tables.lengths, tables.rules, running, LANES)
