@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.measures import NEAR, Recorded
-from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval
+from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval, share_estimate
 from rl_design_space.learning.curves import FINAL_TRIALS
 
 #: Medians have no weighted mean to resample, so whole periods are drawn.
@@ -57,7 +57,7 @@ def quality(schedules: Mapping[str, Recorded]) -> Quality:
         best=name,
         speed=_speed(recorded.steps[odd], rng),
         over_optimum=mean_estimate(final),
-        never_near=_share(final > NEAR),
+        never_near=share_estimate(final > NEAR),
         exploration=_estimate(float(exploration[chosen]), again),
     )
 
@@ -72,14 +72,6 @@ def _settled(curve: FloatArray) -> float:
     """The first trial from which on a curve stays near its final level."""
     away = np.flatnonzero(curve > NEAR * np.median(curve[-FINAL_TRIALS:]))
     return float(away[-1] + 1) if len(away) else 0.0
-
-
-def _share(which: NDArray[np.bool_]) -> Estimate:
-    """A share with its Wilson interval (JASA 22, 1927)."""
-    from scipy.stats import binomtest
-
-    interval = binomtest(int(which.sum()), len(which)).proportion_ci(method="wilson")
-    return Estimate(float(which.mean()), float(interval.low), float(interval.high))
 
 
 def _estimate(value: float, samples: FloatArray) -> Estimate:

@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from rl_design_space._arrays import FloatArray
@@ -39,6 +40,16 @@ def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
     rng = np.random.default_rng(seed)
     interval = stats.bootstrap((values,), np.mean, n_resamples=RESAMPLES, method="BCa", rng=rng).confidence_interval
     return Estimate(mean, float(interval.low), float(interval.high))
+
+
+def share_estimate(which: NDArray[np.bool_]) -> Estimate:
+    """Share of periods of which something is true, with its Wilson interval (JASA 22, 1927).
+
+    Args:
+        which: (periods,)
+    """
+    interval = stats.binomtest(int(which.sum()), len(which)).proportion_ci(method="wilson")
+    return Estimate(float(which.mean()), float(interval.low), float(interval.high))
 
 
 def top_percent_weight(values: FloatArray) -> float:

@@ -77,7 +77,7 @@ def _rows(cells: pd.DataFrame, table: PublishedTable) -> list[str]:
                 f"{cell['measured']:,.0f}",
                 interval_text(cell),
                 f"{cell['ratio']:.3f}",
-                f"{cell['failed_periods']:.1%}{tail}",
+                f"{cell['failed_periods']:.1%} ({cell['failed_low']:.1%} – {cell['failed_high']:.1%}){tail}",
             ]
         rows.append(f"| {' | '.join([*keys, *values])} |")
     return rows

@@ -9,7 +9,17 @@ import pytest
 from rl_design_space.analysis.published import compare_with_published
 from rl_design_space.analysis.statistics import mean_estimate, top_percent_weight
 
-COLUMNS = ["paper", "measured", "ci_low", "ci_high", "ratio", "failed_periods", "top_percent"]
+COLUMNS = [
+    "paper",
+    "measured",
+    "ci_low",
+    "ci_high",
+    "ratio",
+    "failed_periods",
+    "failed_low",
+    "failed_high",
+    "top_percent",
+]
 PUBLISHED = pd.DataFrame(
     [("b", 20, 1, 100.0), ("b", 10, 1, 200.0), ("a", 20, 1, 50.0), ("a", 10, 1, 25.0)],
     columns=["panel", "size", "goals", "paper"],

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rl_design_space.analysis import statistics
-from rl_design_space.analysis.statistics import mean_estimate, top_percent_weight
+from rl_design_space.analysis.statistics import mean_estimate, share_estimate, top_percent_weight
 
 SKEWED = np.random.default_rng(1).lognormal(size=40)
 
@@ -113,3 +113,12 @@ def test_an_interval_lies_within_the_values_and_warns_of_nothing(values: list[in
 def test_weight_of_the_largest_percent(values: list[float], weight: float):
     shuffled = np.random.default_rng(5).permutation(values)
     assert top_percent_weight(shuffled) == pytest.approx(weight)
+
+
+@pytest.mark.parametrize(
+    ("true", "of", "low", "high"),
+    [(0, 10, 0.0, 0.2775), (1, 10, 0.0179, 0.4042), (5, 10, 0.2366, 0.7634), (10, 10, 0.7225, 1.0)],
+)
+def test_a_share_has_the_published_wilson_interval(true: int, of: int, low: float, high: float):
+    found = share_estimate(np.arange(of) < true)
+    assert found == pytest.approx((true / of, low, high), abs=1e-4)

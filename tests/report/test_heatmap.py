@@ -40,7 +40,9 @@ def made_up(**columns: object) -> pd.DataFrame:
     """All cells of the small table, filled with these values."""
     keys = [(p, r, c, float(v)) for p, rows in PUBLISHED.items() for r, cs in rows.items() for c, v in cs.items()]
     cells = pd.DataFrame(keys, columns=["representation", "size", "goals", "paper"])
-    cells = cells.assign(measured=np.nan, ci_low=np.nan, ci_high=np.nan, failed_periods=np.nan, top_percent=np.nan)
+    cells = cells.assign(
+        measured=np.nan, ci_low=np.nan, ci_high=np.nan, failed_periods=np.nan, top_percent=np.nan
+    ).assign(failed_low=np.nan, failed_high=np.nan)
     cells = cells.assign(planned=True)
     cells = cells.assign(**columns)
     return cells.assign(ratio=cells["measured"] / cells["paper"])
@@ -49,7 +51,13 @@ def made_up(**columns: object) -> pd.DataFrame:
 def full(measured: object) -> pd.DataFrame:
     measured = np.asarray(measured, dtype=float)
     return made_up(
-        measured=measured, ci_low=0.9 * measured, ci_high=1.1 * measured, failed_periods=0.02, top_percent=5.0
+        measured=measured,
+        ci_low=0.9 * measured,
+        ci_high=1.1 * measured,
+        failed_periods=0.02,
+        failed_low=0.01,
+        failed_high=0.04,
+        top_percent=5.0,
     )
 
 

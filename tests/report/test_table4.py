@@ -25,7 +25,7 @@ PAPER = """
     30  17,394  36,852  55,858   15,304  29,689  60,324
 """
 
-HEADER = "representation,size,goals,paper,measured,ci_low,ci_high,ratio,failed_periods"
+HEADER = "representation,size,goals,paper,measured,ci_low,ci_high,ratio,failed_periods,failed_low,failed_high"
 
 
 def shipped() -> PublishedTable:
