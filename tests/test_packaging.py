@@ -78,6 +78,13 @@ def test_the_wheel_holds_every_module_and_nothing_else(wheel: Path):
         f"rl_design_space-{wheel.name.split('-')[1]}.dist-info",
     }
     assert any(name.endswith("licenses/LICENSE") for name in found)
+    assert "rl_design_space/report/templates/page.html.jinja" in found
+
+
+def test_the_wheel_brings_its_plugins(python):
+    shown = python("-m", "rl_design_space", "--info", "plugins")
+    assert "DesignSweeper" in shown
+    assert "DesignLauncher" in shown
 
 
 def test_the_wheel_runs_from_another_folder(python, installed: Path, tmp_path: Path):
