@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sqlite3
 import subprocess
 import sysconfig
@@ -21,6 +22,24 @@ def environment(folder: Path, **more: str) -> dict[str, str]:
     inherited = {name: value for name, value in os.environ.items() if not name.startswith(("HYDRA_", "MLFLOW_"))}
     own = {"TMPDIR": str(folder / "temporary"), "PYTHONPATH": str(folder / "own"), "COLUMNS": "400", "NO_COLOR": "1"}
     return {**inherited, **own, **more}
+
+
+def started(folder: Path, *words: str) -> subprocess.Popen[str]:
+    """Begin rl-design-space in a folder; Ctrl-C reaches it even where these tests run in the background."""
+    return subprocess.Popen(
+        [str(SCRIPTS / "rl-design-space"), *words],
+        cwd=folder,
+        env=environment(folder),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heed_interrupts,
+    )
+
+
+def heed_interrupts() -> None:
+    """What a shell starts in the background ignores SIGINT, and so does all that it starts."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def commands_in(folder: Path) -> Command:

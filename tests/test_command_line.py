@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 import shlex
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
 
-from tests.commands import SCRIPTS, Command, Completed, commands_in, environment, runs
+from tests.commands import Command, Completed, commands_in, runs, started
 
 SMALL = ("task.periods=3", "task.trials=5")
 SMALL_TABLE = (*SMALL, "world.size=10,20", "task.goals=1")
@@ -214,10 +213,7 @@ def test_the_closing_table_leaves_nothing_out(failing: Completed):
 
 def test_an_interrupted_study_ends_as_killed_and_goes_on_later(default_run: Completed, command: Command, folder: Path):
     words = ("study=table4", *SMALL, *OWN, "task.goals=1", "world.size=5,6", "outputs=out", "threads=1")
-    process = subprocess.Popen(
-        [str(SCRIPTS / "rl-design-space"), *words, "world._target_=mine.Endless"],
-        cwd=folder, env=environment(folder), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
+    process = started(folder, *words, "world._target_=mine.Endless")
     assert process.stderr.readline() == "endless\n"
     # The larger one was learned before; it may take a moment to be recorded.
     while not (recorded := [run for run in runs(folder) if "mine.Endless" in run[0] and run[1] == "FINISHED"]):

@@ -13,6 +13,7 @@ import pytest
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.claims import Claims, claims_at
+from tests.commands import heed_interrupts
 
 #: Takes what it is told, says whether it could, and waits to be ended.
 OTHER = """
@@ -38,7 +39,8 @@ class Other:
 
     def __init__(self, path: Path, *names: str) -> None:
         command = [sys.executable, "-c", OTHER, str(path), *names]
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True, preexec_fn=heed_interrupts)
         self.took = self.process.stdout.readline().split()
 
     def does(self, word: str, name: str) -> str:

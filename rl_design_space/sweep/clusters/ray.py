@@ -23,6 +23,8 @@ _ENVIRONMENT = {
     "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",
     "RAY_DEDUP_LOGS_SKIP_REGEX": ".",
 }
+#: Somebody at an address who is no cluster is asked once, not for minutes.
+_REMOTE = {"RAY_NUM_REDIS_GET_RETRIES": "1"}
 #: A local cluster listens on the loopback address only, which Ray does by itself except on Linux, and asks for a token.
 _LOCAL = {"RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0", "RAY_AUTH_MODE": "token"}
 #: Ray's sockets lie in its folder, and the path of a socket may not be long.
@@ -33,13 +35,15 @@ class RayExecutor(ClusterExecutor):
     """Learns on the workers of a Ray cluster; see `ClusterExecutor`."""
 
     name, extra, module = "Ray", "ray", "ray"
-    addresses = "auto, node1:6379 or ray://node1:10001"
+    addresses = "auto or node1:6379"
     symbolic = ("auto",)
 
     def __init__(self, address: str | None, chunk: int | None, threads: int) -> None:
         # Ray reads some of these when it is imported; the processes of a local cluster inherit all.
         os.environ.update(_ENVIRONMENT)
-        if address is None:
+        if address is not None:
+            os.environ.update(_REMOTE)
+        else:
             # Were there no token, Ray would make one and keep it in the user's home.
             os.environ.update(_LOCAL, RAY_AUTH_TOKEN=secrets.token_hex(32))
         super().__init__(address, chunk, threads)
