@@ -62,6 +62,7 @@ class _RayCluster:
         self._lost = tuple(getattr(ray.exceptions, name) for name in lost)
         with ExitStack() as stack:
             options = {} if address else _local_options(threads, stack)
+            # Ends what is under way, too. To cancel it before may make Ray abort the process, if it is just done.
             stack.callback(ray.shutdown)
             on_term = signal.getsignal(signal.SIGTERM)
             try:
@@ -70,7 +71,6 @@ class _RayCluster:
                 raise unreachable(str(address), error) from error
             # Ray's own handler ends the process before anything is tidied up.
             signal.signal(signal.SIGTERM, on_term)
-            stack.callback(self._cancel)
             self._stack = stack.pop_all()
         self._learn_chunk = ray.remote(max_retries=0)(learn_chunk)
 
@@ -99,10 +99,6 @@ class _RayCluster:
         except self._ray.exceptions.RayError as error:
             raise unusable(self._address, getattr(error, "cause", error)) from error
         return results
-
-    def _cancel(self) -> None:
-        for task in self._tasks:
-            self._ray.cancel(task, force=True)
 
 
 def _local_options(workers: int, stack: ExitStack) -> dict[str, Any]:
