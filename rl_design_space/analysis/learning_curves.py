@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.measures import Recorded, measure
 from rl_design_space.analysis.statistics import mean_estimate, percentile_interval, resample_weights
 from rl_design_space.design import World
@@ -66,27 +65,22 @@ def curve_summary(recorded: Recorded) -> dict[str, float]:
 def random_walk_steps(world: World, layouts: NDArray[np.int32]) -> float:
     """Steps that a uniformly random walker needs to reach all goals in order, expected, mean over layouts.
 
-    Exact: the hitting times of a goal solve h = 1 + P h, where P is the walk with the goal taken out (Kemeny and Snell,
-    "Finite Markov Chains", 1960, ch. 3). Without a step cap.
+    Exact, without a step cap. With the fundamental matrix Z = (I - P + 1π)⁻¹ of a walk P whose share of time at each
+    cell is π, the way from i to j ≠ i takes (z_jj - z_ij) / π_j (Kemeny and Snell, "Finite Markov Chains", 1960,
+    section 4.4): one inverse, however many goals there are.
 
     Args:
-        world: with its transition table.
-        layouts: (periods, 1 + n_goals) start and goals.
+        world: with its transition table; every goal can be reached from every cell.
+        layouts: (periods, 1 + n_goals) start and goals, each unlike the one before.
     """
     next_cell = world.next_cell()
     moves, cells = next_cell.shape
     walk = np.zeros((cells, cells))
     for move in range(moves):
         np.add.at(walk, (np.arange(cells), next_cell[move]), 1 / moves)
-    hitting = {goal: _hitting_times(walk, goal) for goal in np.unique(layouts[:, 1:]).tolist()}
-    legs = zip(layouts[:, :-1].ravel().tolist(), layouts[:, 1:].ravel().tolist(), strict=True)
-    return float(sum(hitting[goal][start] for start, goal in legs) / len(layouts))
-
-
-def _hitting_times(walk: FloatArray, goal: int) -> FloatArray:
-    """(cells,) expected moves of a walk until it is at a goal."""
-    others = np.arange(len(walk)) != goal
-    times = np.zeros(len(walk))
-    inner = walk[np.ix_(others, others)]
-    times[others] = np.linalg.solve(np.eye(len(inner)) - inner, np.ones(len(inner)))
-    return times
+    away = np.eye(cells) - walk
+    share = np.linalg.solve((away + 1).T, np.ones(cells))  # π (I - P) = 0 and Σ π = 1, in one
+    fundamental = np.linalg.inv(away + share)
+    origins, goals = layouts[:, :-1], layouts[:, 1:]
+    legs = (fundamental[goals, goals] - fundamental[origins, goals]) / share[goals]
+    return float(legs.sum(axis=1).mean())

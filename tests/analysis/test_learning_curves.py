@@ -68,3 +68,27 @@ def test_a_random_walk_on_a_torus_agrees_with_walks():
         taken.append(steps)
     expected = random_walk_steps(world, np.array([[0, 5]], dtype=np.int32))
     assert np.mean(taken) == pytest.approx(expected, abs=5 * np.std(taken) / np.sqrt(len(taken)))
+
+
+@pytest.mark.parametrize("world", [Torus(size=5), Walled(size=5), Torus(size=4)])
+def test_random_walks_solve_the_equations_of_each_goal(world: Torus | Walled):
+    next_cell = world.next_cell()
+    cells = next_cell.shape[1]
+    walk = sum(np.eye(cells)[row] for row in next_cell) / len(next_cell)
+    for goal in (0, 7, cells - 1):
+        others = np.flatnonzero(np.arange(cells) != goal)
+        by_hand = np.linalg.solve((np.eye(cells) - walk)[np.ix_(others, others)], np.ones(cells - 1))
+        found = [random_walk_steps(world, np.array([[start, goal]], dtype=np.int32)) for start in others]
+        assert found == pytest.approx(by_hand.tolist())
+
+
+def test_a_band_covers_the_mean_that_periods_are_drawn_from():
+    drawn = np.random.default_rng(1).exponential(50, size=(200, 300)).round()  # 300 trials, all alike
+
+    class Drawn(MadeUp):
+        steps = property(lambda self: drawn)
+        success = property(lambda self: np.ones(drawn.shape, dtype=bool))
+
+    frame = curve_frame(Drawn())
+    covered = ((frame["ci_low"] <= 50) & (frame["ci_high"] >= 50)).mean()
+    assert 0.9 < covered < 0.99
