@@ -27,6 +27,12 @@ jobs = 0
 def main() -> None:
     """Run the application; errors that a user can mend are one message and exit status 2."""
     global command_line
+    from rl_design_space import commands
+
+    if sys.argv[1:2] and sys.argv[1] in commands.words():
+        with shown_as_messages():
+            commands.run(sys.argv[1], sys.argv[2:])
+        return
     from rl_design_space.sweep.arguments import read_command_line
 
     make_plugins_known()
