@@ -28,19 +28,19 @@ def main(arguments: Sequence[str]) -> None:
     options = store_of(overrides)
     left = 0
     for spool in Spool.all_under(Path(options.spool)):
-        waiting = len(spool.waiting())
+        waiting, set_aside = len(spool.waiting()), set(spool.aside())
         if not waiting:
             continue
-        what = counted(waiting, "record")
-        console.print(f"{what} for {spool.address.uri} …", markup=False, soft_wrap=True)
+        console.print(f"{counted(waiting, 'record')} for {spool.address.uri} …", markup=False, soft_wrap=True)
         why = deliver_all(spool, options.patience)
         still = len(spool.waiting())
-        left += still
-        done = f"{waiting - still:,} of {what} delivered"
-        console.print(f"{done}; {still:,} still wait: {why}" if still else done, markup=False, soft_wrap=True)
-        for path in spool.aside()[-(waiting - still) :]:
-            console.print(f"set aside: {path}", markup=False, soft_wrap=True)
-    if not left:
-        console.print("nothing waits to be delivered")
-    else:
+        new_aside = sorted(set(spool.aside()) - set_aside)
+        console.print(f"{counted(waiting - still - len(new_aside), 'record')} delivered")
+        for path in new_aside:
+            console.print(f"set aside, because it cannot be: {path}", markup=False, soft_wrap=True)
+        if still:
+            console.print(f"{counted(still, 'record')} still to be delivered: {why}", markup=False, soft_wrap=True)
+        left += still + len(new_aside)
+    if left:
         sys.exit(1)
+    console.print("nothing waits to be delivered")

@@ -9,6 +9,7 @@ from threading import BoundedSemaphore
 from time import perf_counter
 from types import TracebackType
 
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.curves import LearningCurves
 from rl_design_space.sweep.plan import PlannedPoint
 from rl_design_space.tracking.tracker import StoredRun, Tracker
@@ -50,6 +51,7 @@ class Recorder:
         """Have a result recorded soon; wait while too many others are waiting.
 
         Raises:
+            ConfigError: nothing can be recorded.
             Exception: whatever `ended` raised for an earlier point.
         """
         self._room.acquire()
@@ -66,6 +68,8 @@ class Recorder:
         try:
             if not isinstance(result, Exception):
                 stored = self._tracker.record(planned, result)
+        except ConfigError:  # nothing can be recorded any more
+            raise
         except Exception as error:
             result = error
         finally:

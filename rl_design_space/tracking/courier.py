@@ -23,6 +23,9 @@ from rl_design_space.tracking.spool import Spool
 _GLANCE, _LONG_GLANCE, _ENDING, _LEAVING = 0.05, 0.5, 10.0, 3.0
 #: How many waiting records are much.
 _MANY = 100
+#: While others learn, learning comes first: how much lower the priority of the tracker process is. Whoever waits for so
+#: many records has another one started in its place, because priorities cannot be raised.
+_NICENESS, _HURRY_FOR = 10, 5
 #: Tracker processes that may die one after the other without having delivered anything.
 _DEATHS = 3
 
@@ -42,6 +45,14 @@ class Left:
     aside: dict[str, str] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class _Waiting:
+    """A record that waits: what to call when it does no more, and since when it does (nanoseconds since 1970)."""
+
+    done: Callable[[], None]
+    since: int = field(default_factory=time_ns)
+
+
 class Courier:
     """Starts the tracker process of a spool when there is something to deliver, and again if it dies.
 
@@ -52,14 +63,13 @@ class Courier:
     def __init__(self, spool: Spool) -> None:
         self._spool = spool
         self._changed = Condition()
-        self._waiting: dict[str, Callable[[], None]] = dict.fromkeys(spool.waiting(), _nothing)
-        self._born = time_ns()
+        self._waiting: dict[str, _Waiting] = dict.fromkeys(spool.waiting(), _Waiting(_nothing))
         self._aside: dict[str, str] = {}
         self._process: subprocess.Popen[bytes] | None = None
         self._thread: Thread | None = None
         self._deaths = 0
         self._trouble = self._unusable = ""
-        self._leaving = False
+        self._leaving = self._hurry = self._nice = False
         #: When something was delivered last, or began to wait for it.
         self._moved = monotonic()
 
@@ -81,7 +91,8 @@ class Courier:
         with self._changed:
             if not self._waiting:
                 self._moved = monotonic()
-            self._waiting[name] = done
+            self._waiting[name] = _Waiting(done)
+            self._aside.pop(name, None)  # of an earlier record of the same point
         self.wake()
 
     def wake(self) -> None:
@@ -111,10 +122,12 @@ class Courier:
         if self._waiting:
             self.wake()
         with self._changed:
+            self._hurry = True
             while self._waiting and not self._unusable and monotonic() - self._moved < patience:
                 told(len(self._waiting), self._trouble)
                 self._changed.wait(_GLANCE)
             aside, self._aside = self._aside, {}
+            self._hurry = False
             left = Left(len(self._waiting), self._trouble, aside)
         self._raise_unusable()
         if left.awaiting and not left.why:
@@ -135,6 +148,8 @@ class Courier:
 
     def _run(self) -> None:
         while not self._leaving and not self._unusable:
+            if self._hurry and self._nice and len(self._waiting) >= _HURRY_FOR:
+                self._end_process()
             self._see_to_process()
             self._listen()
             self._look()
@@ -154,9 +169,11 @@ class Courier:
         if self._deaths > _DEATHS:
             self._trouble = f"the tracker process dies; its last words are in {self._log}"
             return
+        self._nice = not self._hurry
+        niceness = str(_NICENESS if self._nice else 0)
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "rl_design_space.tracking.writer", str(self._spool.folder)],
+                [sys.executable, "-m", "rl_design_space.tracking.writer", str(self._spool.folder), niceness],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,
@@ -178,17 +195,17 @@ class Courier:
         """Notice what has been delivered, by whomever."""
         there = set(self._spool.waiting())
         with self._changed:
-            gone = {name: done for name, done in self._waiting.items() if name not in there}
-            for name in gone:
+            gone = {name: waiting for name, waiting in self._waiting.items() if name not in there}
+            for name, waiting in gone.items():
                 del self._waiting[name]
-                if why := self._spool.why_aside(name, self._born):
+                if why := self._spool.why_aside(name, waiting.since):
                     self._aside[name] = why
             if gone:
                 self._moved = monotonic()
                 self._deaths = 0
                 self._changed.notify_all()
-        for done in gone.values():
-            done()
+        for waiting in gone.values():
+            waiting.done()
 
     def _end_process(self) -> None:
         if self._process is None:
@@ -202,6 +219,7 @@ class Courier:
             self._process.kill()
             self._process.wait()
         self._process.stdout.close()  # type: ignore[union-attr]
+        self._process = None
 
     @property
     def _log(self) -> Path:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from uuid import uuid4
 
+from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import record, summary
 from rl_design_space.tracking.claims import claims_at, claims_path
 from rl_design_space.tracking.courier import Courier, courier_of
@@ -49,6 +50,8 @@ class MlflowTracker:
         self._on_their_way: set[str] = set()
         #: Whether the store could be asked what it has; if not, who delivers has to look for each point.
         self._known = True
+        #: Whether the disk has been full for as long as to be waited for.
+        self._full = False
 
     @property
     def location(self) -> str:
@@ -94,8 +97,7 @@ class MlflowTracker:
         """Keep the result of a claimed point; it is safe on return.
 
         Raises:
-            ConfigError: MLflow would not take a name, or the store is of no use.
-            OSError: it cannot be written, although it was waited for room to come free.
+            ConfigError: MLflow would not take a name, the store is of no use, or the disk is full and stays so.
         """
         options = self._options
         kept = record.point_record(
@@ -184,9 +186,13 @@ class MlflowTracker:
             try:
                 self._spool.write(kept)
                 break
-            except OSError:
-                if time.monotonic() > until:
-                    raise
+            except OSError as error:
+                if self._full or time.monotonic() > until:
+                    self._full = True
+                    raise ConfigError(
+                        f"{self._spool.folder}: {error.strerror}; make room and run the same command again, "
+                        "or write elsewhere with outputs=DIR"
+                    ) from error
                 time.sleep(_PAUSE)
         if fingerprint:
             self._on_their_way.add(fingerprint)

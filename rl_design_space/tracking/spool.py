@@ -185,6 +185,9 @@ class Spool:
                 file.flush()
                 os.fsync(file.fileno())
             new.replace(self.folder / name)
+        except OSError as error:
+            new.unlink(missing_ok=True)
+            raise OSError(error.errno, error.strerror, str(self.folder)) from error
         except BaseException:
             new.unlink(missing_ok=True)
             raise
@@ -193,6 +196,11 @@ class Spool:
             os.fsync(folder)
         finally:
             os.close(folder)
+
+
+def is_summary(name: str) -> bool:
+    """Whether a record says that a sweep begins or ends."""
+    return any(name.startswith(Record(kind, "", {}).name.removesuffix(_RECORD)) for kind in (OPEN, CLOSE))
 
 
 def _digest(content: bytes) -> bytes:

@@ -22,7 +22,7 @@ _SQLITE = "sqlite:///"
 #: Seconds to wait for another process that is creating the database, and for one that is writing to it.
 _CREATION_PATIENCE, _WRITER_PATIENCE = 120, 5
 #: What databases say that can be used again in a while.
-_PASSING_WORDS = ("locked", "busy", "full", "connection", "connect", "starting up", "shutting down")
+_PASSING_WORDS = ("locked", "busy", "full", "connection", "connect", "starting up", "shutting down", "i/o")
 _SERVER_ERROR = 500
 
 

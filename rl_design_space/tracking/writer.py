@@ -18,14 +18,12 @@ from filelock import Timeout
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.claims import claims_at, claims_path
 from rl_design_space.tracking.deliver import Delivery
-from rl_design_space.tracking.spool import DamagedRecordError, Spool
+from rl_design_space.tracking.spool import DamagedRecordError, Spool, is_summary
 from rl_design_space.tracking.store import StoreUnavailableError, connect, passes, reason
 
 #: Seconds between two looks into an empty spool, and between two attempts at a store that cannot be used: at first,
 #: and at most.
 _GLANCE, _FIRST_PAUSE, _LONGEST_PAUSE = 0.05, 0.5, 8.0
-#: Learning comes first: how much lower the priority of this process is.
-_NICENESS = 10
 #: Times that a store may refuse a record; the second time it is looked at anew.
 _REFUSALS = 2
 
@@ -37,10 +35,12 @@ class Writer:
         spool: where they are.
         tell: is told what is wrong with the store, or None when it is well again.
         ended: whether to end; what is being delivered is ended first.
+        niceness: how much lower the priority of this process is to be once it is ready.
     """
 
-    def __init__(self, spool: Spool, tell: Callable[[str | None], None], ended: Event) -> None:
+    def __init__(self, spool: Spool, tell: Callable[[str | None], None], ended: Event, niceness: int = 0) -> None:
         self._spool = spool
+        self._niceness = niceness
         self._tell = tell
         self._ended = ended
         self._failures: Counter[str] = Counter()
@@ -61,6 +61,11 @@ class Writer:
                 self._ended.wait(_GLANCE)
             elif self._pause:
                 self._ended.wait(self._pause)
+        # How the sweep went is told before leaving, whatever else waits.
+        if self._delivery and not self._pause:
+            for name in self._spool.waiting():
+                if is_summary(name):
+                    self._deliver(name, self._delivery)
 
     def run_until_empty(self, patience: float) -> None:
         """Deliver all records, or give up when none could be delivered for so many seconds.
@@ -133,6 +138,7 @@ class Writer:
                 raise StoreUnavailableError(reason(error)) from error
             self._spool.sweep_up()
             self._delivery = delivery
+            os.nice(self._niceness)
             self._fine()
         return self._delivery
 
@@ -174,7 +180,7 @@ def deliver_all(spool: Spool, patience: float) -> str:
 
 
 def main() -> None:
-    """Deliver the spool that is named on the command line until standard input ends.
+    """Deliver the spool that is named on the command line, at a niceness that follows, until standard input ends.
 
     What is told goes to standard output, a line of JSON each: `{"trouble": "…"}`, or null when it is over, and
     `{"unusable": "…"}` before giving up.
@@ -182,15 +188,14 @@ def main() -> None:
     # Signals are meant for the process that started this one, which ends it by closing its input.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    os.nice(_NICENESS)
     ended = Event()
     Thread(target=_watch_input, args=(ended,), daemon=True).start()
-    spool = Spool(Path(sys.argv[1]))
+    spool, niceness = Spool(Path(sys.argv[1])), int(sys.argv[2])
     while not ended.is_set():
         try:
             # Whoever delivers now delivers for all; to wait for it costs nothing, for nothing is imported yet.
             with spool.lock.acquire(timeout=1):
-                Writer(spool, lambda trouble: _say(trouble=trouble), ended).run()
+                Writer(spool, lambda trouble: _say(trouble=trouble), ended, niceness).run()
         except Timeout:
             continue
         except ConfigError as error:
