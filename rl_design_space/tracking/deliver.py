@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space.tracking.claims import Claims
+from rl_design_space.tracking.record import FINGERPRINT_TAG, INCOMPLETE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool, point_name
 from rl_design_space.tracking.store import deleted_experiment, sqlite_path
 
@@ -20,10 +21,6 @@ if TYPE_CHECKING:
 
 #: MLflow refuses larger batches.
 _BATCH = 1000
-#: Tags of ours: what identifies a point; the spool that a run is written from; the sweep that a summary run is of; why
-#: a run is not complete.
-FINGERPRINT_TAG, SPOOL_TAG = "fingerprint", "rl_design_space.spool"
-SWEEP_TAG, INCOMPLETE_TAG = "rl_design_space.sweep", "rl_design_space.incomplete"
 _NOTE_TAG = "mlflow.note.content"
 
 
@@ -82,7 +79,8 @@ class Delivery:
         found = self._found(FINGERPRINT_TAG, record.key, self._points) if again else None
         if found and found.info.status == "FINISHED":
             self._tag(
-                found.info.run_id, {name: value for name, value in content["tags"].items() if name[:6] == "study."}
+                found.info.run_id,
+                {name: value for name, value in content["tags"].items() if name.startswith(STUDY_TAG)},
             )
             return
         run_id = found.info.run_id if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})

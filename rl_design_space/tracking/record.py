@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 
 #: A run's tag for each study that it belongs to begins like this.
 STUDY_TAG = "study."
+#: Tags of ours: what identifies a point; the spool that a run is written from; the sweep that a summary run is of; why
+#: a run is not complete.
+FINGERPRINT_TAG, SPOOL_TAG = "fingerprint", "rl_design_space.spool"
+SWEEP_TAG, INCOMPLETE_TAG = "rl_design_space.sweep", "rl_design_space.incomplete"
 #: File names of a run's artifacts.
 PERIODS_FILE, CONFIG_FILE = "periods.npz", "config.yaml"
 

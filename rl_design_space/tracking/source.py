@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.names import SCALARS
 from rl_design_space.tracking.database import Database
-from rl_design_space.tracking.record import STUDY_TAG
+from rl_design_space.tracking.record import FINGERPRINT_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 from rl_design_space.tracking.store import (
     StoreAddress,
     StoreUnavailableError,
@@ -211,8 +211,13 @@ class ServerSource:
         return {fingerprint: run for fingerprint, run in found if fingerprint in asked}
 
     def begun(self, spool: str) -> list[str]:
-        """None: the tracker process looks after them whenever it starts."""
-        return []
+        """Fingerprints of points and ids of sweeps that a spool has begun runs of, which are RUNNING still."""
+        with _told_when_unavailable(self._address):
+            names = (self._address.experiment, self._address.sweeps)
+            known = [self._client().get_experiment_by_name(name) for name in names]
+            wanted = f"attributes.status = 'RUNNING' and tags.`{SPOOL_TAG}` = '{spool}'"
+            runs = [run for each in known if each for run in pages(self._client(), each.experiment_id, wanted)]
+        return [run.data.tags.get(FINGERPRINT_TAG) or run.data.tags.get(SWEEP_TAG, "") for run in runs]
 
     def _experiment(self) -> str | None:
         known = self._client().get_experiment_by_name(self._address.experiment)
@@ -269,4 +274,4 @@ def _stored(run: Run) -> tuple[str, StoredRun]:
     studies = frozenset(tag.removeprefix(STUDY_TAG) for tag in run.data.tags if tag.startswith(STUDY_TAG))
     scalars = {name: value for name, value in run.data.metrics.items() if name in SCALARS}
     place = run.info.artifact_uri
-    return run.data.tags.get("fingerprint", ""), StoredRun(run.info.run_id, studies, scalars, place)
+    return run.data.tags.get(FINGERPRINT_TAG, ""), StoredRun(run.info.run_id, studies, scalars, place)

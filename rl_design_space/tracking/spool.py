@@ -198,6 +198,11 @@ class Spool:
             os.close(folder)
 
 
+def key_of(name: str) -> str:
+    """The fingerprint or id in the name of a record."""
+    return name.removesuffix(_RECORD).rpartition("-")[2]
+
+
 def is_summary(name: str) -> bool:
     """Whether a record says that a sweep begins or ends."""
     return any(name.startswith(Record(kind, "", {}).name.removesuffix(_RECORD)) for kind in (OPEN, CLOSE))

@@ -76,12 +76,12 @@ def _note(plan: Plan, command: str, origin: Mapping[str, str], verdict: str) -> 
 
 
 def _ranked(plan: Plan, ending: SweepEnding) -> list[dict[str, Any]]:
-    rows = []
+    rows, axes = [], plan.axes
     for planned in plan:
         run = ending.stored.get(planned.fingerprint)
         if run and _RANKED_BY in run.scalars:
             ids = {"run_id": run.run_id, "fingerprint": planned.fingerprint}
-            chosen = {name: value for name, value in planned.parameters.items() if name in plan.axes}
+            chosen = {name: value for name, value in planned.parameters.items() if name in axes}
             rows.append({**chosen, **run.scalars, **ids})
     rows.sort(key=lambda row: row[_RANKED_BY])
     return [{"rank": rank, **row} for rank, row in enumerate(rows, 1)]

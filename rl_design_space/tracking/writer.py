@@ -18,7 +18,8 @@ from filelock import Timeout
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.claims import claims_at, claims_path
 from rl_design_space.tracking.deliver import Delivery
-from rl_design_space.tracking.spool import DamagedRecordError, Spool, is_summary
+from rl_design_space.tracking.source import source_of
+from rl_design_space.tracking.spool import DamagedRecordError, Spool, is_summary, key_of
 from rl_design_space.tracking.store import StoreUnavailableError, connect, passes, reason
 
 #: Seconds between two looks into an empty spool, and between two attempts at a store that cannot be used: at first,
@@ -47,8 +48,8 @@ class Writer:
         self._pause = 0.0
         self._delivery: Delivery | None = None
         self._queue: deque[str] = deque()
-        #: Records of before; the store may have part of them, or all.
-        self._old = set(spool.waiting())
+        #: Records that the store may have part of, or all.
+        self._begun: set[str] = set()
 
     def run(self) -> None:
         """Deliver records as they come.
@@ -104,7 +105,7 @@ class Writer:
         except DamagedRecordError as error:
             self._set_aside(name, f"damaged: {error}", delivery)
             return
-        again = name in self._old or bool(self._failures[name]) or not record.content.get("checked", True)
+        again = name in self._begun or bool(self._failures[name]) or not record.content.get("checked", True)
         try:
             delivery(record, again)
         except ConfigError:
@@ -117,7 +118,7 @@ class Writer:
                 self._set_aside(name, f"refused: {reason(error)}", delivery)
         else:
             self._spool.remove(name)
-            self._old.discard(name)
+            self._begun.discard(name)
             self._fine()
 
     def _set_aside(self, name: str, why: str, delivery: Delivery) -> None:
@@ -136,11 +137,19 @@ class Writer:
                 if not passes(error):
                     raise
                 raise StoreUnavailableError(reason(error)) from error
+            self._begun = self._begun_before()
             self._spool.sweep_up()
             self._delivery = delivery
             os.nice(self._niceness)
             self._fine()
         return self._delivery
+
+    def _begun_before(self) -> set[str]:
+        """Records that were here before, and of which the store has a run."""
+        names = {key_of(name): name for name in self._spool.waiting()}
+        source = source_of(self._spool.address)
+        known = {*source.finished(list(names)), *source.begun(self._spool.identity)}
+        return {name for key, name in names.items() if key in known}
 
     def _trouble(self, what: str) -> None:
         self._pause = min(2 * self._pause, _LONGEST_PAUSE) if self._pause else _FIRST_PAUSE
