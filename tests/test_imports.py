@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 
-HEAVY = {"hydra", "omegaconf", "mlflow", "pandas", "seaborn", "matplotlib"}
+HEAVY = {"gymnasium", "hydra", "omegaconf", "mlflow", "pandas", "seaborn", "matplotlib"}
 
 
 def imported_by(statements: str) -> set[str]:
