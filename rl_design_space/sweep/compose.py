@@ -25,6 +25,7 @@ from rl_design_space.sweep.assemble import Assembler, Parts
 from rl_design_space.sweep.build import build_values, is_setting, make_point
 from rl_design_space.sweep.explain import explain
 from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.sweep.search_path import look_in_user_folder_first
 
 CONFIG_NAME = "config"
 #: The design choices that are config groups: all but plain numbers.
@@ -33,7 +34,8 @@ OPTION_GROUPS = tuple(field.name for field in fields(DesignPoint) if field.name 
 
 @contextmanager
 def shipped_config() -> Iterator[None]:
-    """Make Hydra find the shipped configuration, whatever it was looking at before."""
+    """Make Hydra find the user's and the shipped configuration, whatever it was looking at before."""
+    look_in_user_folder_first()
     outer = GlobalHydra.instance().hydra
     GlobalHydra.instance().clear()
     try:
@@ -44,7 +46,7 @@ def shipped_config() -> Iterator[None]:
 
 
 def compose(overrides: Sequence[str] = ()) -> PlannedPoint:
-    """The point that these overrides of the shipped configuration describe.
+    """The point that these overrides of the user's and the shipped configuration describe.
 
     Raises:
         ConfigError: an override is not understood or its value is not allowed.
