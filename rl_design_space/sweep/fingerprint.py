@@ -9,10 +9,10 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from rl_design_space.design import DesignPoint
-from rl_design_space.design.identity import ABSENT_AS
+from rl_design_space.design.identity import ABSENT_AS, is_shipped
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
-from rl_design_space.sweep.source import is_shipped, source_of
+from rl_design_space.sweep.source import source_of
 
 
 def fingerprint(point: DesignPoint) -> str:

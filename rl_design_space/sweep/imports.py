@@ -16,8 +16,8 @@ _PACKAGE = "rl_design_space"
 def modules_beside(name: str, file: Path) -> dict[str, Path]:
     """A module and all that it imports, directly or not, from the folder that it lies in or from below it.
 
-    The folder of `mine` and of `mine.parts.walls` is the one that holds `mine`. Of an installed package, only modules of
-    the same package belong to it. Imports inside functions count; those by a computed name are not seen.
+    The folder of `mine` and of `mine.parts.walls` is the one that holds `mine`. Of an installed package, only modules
+    of the same package belong to it. Imports inside functions count; those by a computed name are not seen.
 
     Returns:
         Files by the name of their module.

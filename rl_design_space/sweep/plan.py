@@ -56,7 +56,9 @@ class PlannedPoint:
 
         What the code of the user's own components is recognised by is there as well, e.g. `representation.source`.
         """
-        own = dict(pair for field in fields(self.point) for pair in sources(getattr(self.point, field.name), field.name))
+        own = dict(
+            pair for field in fields(self.point) for pair in sources(getattr(self.point, field.name), field.name)
+        )
         return {**self.options, **own, **parameters(self.point)}
 
     @property

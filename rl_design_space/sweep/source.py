@@ -13,6 +13,7 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
 
+from rl_design_space.design.identity import full_name, is_shipped
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.imports import code, modules_beside
 
@@ -23,16 +24,6 @@ _SHOWN = 12
 
 #: Digests by the module's name; the spec tells whether the module is still the one that was digested.
 _known: dict[str, tuple[ModuleSpec | None, str]] = {}
-
-
-def is_shipped(kind: type) -> bool:
-    """Whether a class is part of this package."""
-    return kind.__module__.startswith("rl_design_space.")
-
-
-def full_name(kind: type) -> str:
-    """The name of a class for people: of this package's the plain one, of others with their module."""
-    return kind.__qualname__ if is_shipped(kind) else f"{kind.__module__}.{kind.__qualname__}"
 
 
 def source_of(kind: type) -> str:
