@@ -54,7 +54,7 @@ def use(folder: str | Path | None = None) -> None:
     path = Path(folder).expanduser().absolute() if folder is not None else user_folder()
     if path is not None:
         if not path.is_dir():
-            raise ConfigError(f"{named}: there is no such folder")
+            raise ConfigError(f"{named}: there is no such folder; mkdir makes one")
         os.environ[VARIABLE] = str(path)
     make_importable(module_folders())
 
