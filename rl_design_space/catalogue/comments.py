@@ -15,7 +15,7 @@ _SENTENCE_END = re.compile(r"(?<=[.?!])(?<!e\.g\.)(?<!i\.e\.)\s+(?=[^a-z\s])")
 
 def leading_comment(text: str) -> str:
     """The comment that a file begins with, as one paragraph; empty if there is none."""
-    said = []
+    said: list[str] = []
     for line in map(str.strip, text.splitlines()):
         if _FOR_PROGRAMS.match(line) or (not line and not said):
             continue

@@ -48,9 +48,10 @@ def component(kinds: Mapping[str, type], schemas: ClassSchemas, inherited: bool 
         inherited: whether a file may leave `_target_` to the files that its defaults list names.
     """
     targets = [{"const": path, "description": docstring_of(kind).summary} for path, kind in kinds.items()]
-    same = {"description": "the same by its module", "enum": sorted({_full_name(kind) for kind in kinds.values()} - {*kinds})}
+    modules = sorted({_full_name(kind) for kind in kinds.values()} - {*kinds})
+    same = [{"description": "the same, by its module", "enum": modules}] if modules else []
     own = {"description": "a class of your own", "type": "string", "pattern": _OWN_TARGET}
-    named = {"description": "the class of this option", "anyOf": [*targets, same, own, {"$ref": "#/$defs/filled_in"}]}
+    named = {"description": "the class of this option", "anyOf": [*targets, *same, own, {"$ref": "#/$defs/filled_in"}]}
     needed: Schema = {"required": ["_target_"]}
     return {
         "type": "object",
@@ -112,9 +113,10 @@ def primary(keys: Mapping[str, Schema], groups: Mapping[str, str]) -> Schema:
         groups: the choices, each with what is chosen.
     """
     chosen = {name: {"description": said, "type": ["object", "null"]} for name, said in groups.items()}
+    hydra = {"description": "Hydra's own", "type": "object"}
     return {
         "type": "object",
-        "properties": {"defaults": _DEFAULTS, **chosen, **keys, "hydra": {"description": "Hydra's own", "type": "object"}},
+        "properties": {"defaults": _DEFAULTS, **chosen, **keys, "hydra": hydra},
         "additionalProperties": False,
     }
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pkgutil import resolve_name
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, NamedTuple
 
 from pydantic import ConfigDict, PydanticUserError, TypeAdapter, create_model
 from pydantic.errors import PydanticUndefinedAnnotation
@@ -82,10 +82,15 @@ def _adapter(kind: type) -> TypeAdapter[Any]:
 
 def _arguments(kind: type) -> dict[str, tuple[Any, Any]]:
     """Type and default of what a class that is no dataclass is made with."""
-    hints = get_type_hints(kind.__init__)
-    named = list(inspect.signature(kind).parameters.values())
-    given: Iterable[inspect.Parameter] = (p for p in named if p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD))
-    return {p.name: (hints.get(p.name, Any), ... if p.default is p.empty else p.default) for p in given}
+    named = inspect.signature(kind, eval_str=True).parameters.values()
+    given = [each for each in named if each.kind not in (each.VAR_POSITIONAL, each.VAR_KEYWORD)]
+    return {
+        each.name: (
+            Any if each.annotation is each.empty else each.annotation,
+            ... if each.default is each.empty else each.default,
+        )
+        for each in given
+    }
 
 
 def _model(kind: type, arguments: Mapping[str, tuple[Any, Any]]) -> Any:

@@ -34,7 +34,7 @@ class Keys:
 
     def description(self, key: str) -> str:
         """What a key is for, in the words of the config file or else of its class; empty if nothing is said of it."""
-        said = docstring_of(DesignPoint).fields | docstring_of(Settings).fields
+        said = {**docstring_of(DesignPoint).fields, **docstring_of(Settings).fields}
         return self._comments.get(key) or said.get(key) or self._comments.get(f"defaults.{key}", "")
 
     def parameter(self, key: str) -> Parameter:
@@ -66,4 +66,3 @@ class Keys:
     def _schemas(self) -> Mapping[str, Schema]:
         both = schemas_of({"point": DesignPoint, "settings": Settings}).classes
         return {**both["point"]["properties"], **both["settings"]["properties"]}
-

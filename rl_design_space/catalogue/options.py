@@ -13,7 +13,6 @@ from rl_design_space.catalogue.comments import first_sentence, key_comments, lea
 from rl_design_space.catalogue.docstrings import docstring_of
 from rl_design_space.catalogue.fields import Schema, schemas_of, target
 from rl_design_space.catalogue.search import Search
-from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.build import build_component
 from rl_design_space.sweep.compose import OPTION_GROUPS, Composer
 from rl_design_space.sweep.explain import explain
@@ -161,7 +160,7 @@ class Options:
             Exception: it cannot be, for whatever reason.
         """
         if group in OPTION_GROUPS:
-            self.composer.parts([f"{group}={name}"])
+            self.composer([f"{group}={name}"])
         elif group == "tracking":
             build_component(self.composer.config([f"{group}={name}"]), group)
 

@@ -15,7 +15,7 @@ from hydra.core.config_search_path import SearchPathQuery
 from hydra.core.default_element import GroupDefault
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.object_type import ObjectType
-from hydra.plugins.config_source import ConfigSource
+from hydra.plugins.config_source import ConfigResult, ConfigSource
 from omegaconf import OmegaConf
 
 from rl_design_space._paths import make_plugins_known
@@ -66,7 +66,7 @@ class Search:
     @cached_property
     def defaults(self) -> dict[str, str | None]:
         """The option of each group that is taken unless another one is named."""
-        listed = self._repository.load_config(CONFIG_NAME).defaults_list or ()
+        listed = self._load(CONFIG_NAME).defaults_list or ()
         groups = [default for default in listed if isinstance(default, GroupDefault)]
         return {str(default.group): cast("str | None", default.value) for default in groups}
 
@@ -76,7 +76,7 @@ class Search:
         Args:
             path: such as `world/torus`.
         """
-        return OmegaConf.to_container(self._repository.load_config(path).config)
+        return OmegaConf.to_container(self._load(path).config)
 
     def text(self, path: str) -> str:
         """A config file as it was written; empty if the config is no file."""
@@ -94,6 +94,11 @@ class Search:
         if source.scheme() == "file":
             return str(Path(source.path, f"{path}.yaml"))
         return f"{source.scheme()}://{source.path or source.provider}"
+
+    def _load(self, path: str) -> ConfigResult:
+        found = self._repository.load_config(path)
+        assert found is not None
+        return found
 
     def _source(self, path: str) -> ConfigSource:
         return next(source for source in self._repository.get_sources() if source.is_config(path))

@@ -56,11 +56,10 @@ def parameters(search: Search, key: str) -> list[Parameter]:
     top, _, name = key.partition(".")
     if top in search.groups:
         options = Options(search)
-        described = [options.option(top, option) for option in search.options(top)]
-        found = [
-            replace(each, name=f"{top}={option.name}") for option in described for each in option.parameters if each.name == key
-        ]
-        known = {each.name for option in described for each in option.parameters}
+        each_option = [options.option(top, option) for option in search.options(top)]
+        held = [(option.name, parameter) for option in each_option for parameter in option.parameters]
+        found = [replace(each, name=f"{top}={option}") for option, each in held if each.name == key]
+        known = {each.name for _, each in held}
     else:
         every = Keys(search).parameters(top)
         found = [each for each in every if not name or each.name == key]

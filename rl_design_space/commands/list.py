@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from rl_design_space.catalogue.arguments import question
 from rl_design_space.errors import ConfigError
 
-
 _MORE = "rl-design-space show CHOICE=OPTION tells more of one"
 _MORE_OF_ALL = "rl-design-space list study counts points"
 
