@@ -48,7 +48,7 @@ def question(parser: argparse.ArgumentParser, arguments: Sequence[str], subject:
     overrides = tuple(found.overrides)
     if optional and found.subject and "=" in found.subject:
         found.subject, overrides = None, (found.subject, *overrides)
-    if words := [word for word in overrides if "=" not in word.lstrip("~")]:
+    if words := [word for word in overrides if "=" not in word and not word.startswith("~")]:
         raise ConfigError(f"{words[0]}: not an override; they look like key=value, e.g. task.periods=50")
     searchpath = tuple(override for override in overrides if override.lstrip("+").startswith(_SEARCHPATH))
     return Question(found.subject, overrides, searchpath, found.config_dir, found.json)
