@@ -63,6 +63,12 @@ def component(kinds: Mapping[str, type], schemas: ClassSchemas, inherited: bool 
     }
 
 
+def changed(schema: Schema) -> Schema:
+    """What describes values of a component whose class is settled; they may be a part of its fields."""
+    fields = opened_fields(_without_title(schema))
+    return {**fields, "properties": {"_target_": {}, **fields["properties"]}, "required": []}
+
+
 def study(report: Schema, constraint: Schema, keys: Mapping[str, Schema], tops: Iterable[str]) -> Schema:
     """What describes a study.
 

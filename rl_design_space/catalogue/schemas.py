@@ -69,11 +69,10 @@ def _schemas(search: Search) -> Iterator[tuple[str, Schema]]:
                 _collect(values, group, schema)
 
     path = keys.target("task")
-    task = {path: target(path)}
-    schemas = schemas_of(task)
+    schemas = schemas_of({path: target(path)})
     _collect(values, "task", schemas.classes[path])
     held = {key: opened({**keys.parameter(key).schema, "description": keys.description(key)}) for key in _PLAIN}
-    held["task"] = {"description": keys.description("task"), **documents.component(task, schemas, inherited=False)}
+    held["task"] = {**documents.changed(schemas.classes[path]), "description": keys.description("task")}
     top_groups = {group: said for group, said in groups.items() if group in search.groups}
     content = documents.primary(held, top_groups)
     yield "", documents.document("rl-design-space", _PRIMARY, content, schemas.definitions)
