@@ -39,6 +39,10 @@ def main() -> None:
         with shown_as_messages():
             commands.run(arguments[0], arguments[1:])
         return
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        with shown_as_messages():
+            _show_help(sys.argv[1:])
+        return
     from rl_design_space.sweep.arguments import read_command_line
     from rl_design_space.sweep.search_path import look_in_user_folder_first
 
@@ -77,6 +81,20 @@ def application(config: DictConfig) -> float:
     # Here too, because Hydra adds a line of its own to every exception that leaves a job.
     with shown_as_messages():
         return _run_point(config)
+
+
+def _show_help(arguments: list[str]) -> None:
+    """Answer `--help` without composing anything; what is composed, `--cfg job` shows."""
+    from hydra._internal.utils import get_args_parser
+
+    from rl_design_space import commands
+    from rl_design_space.catalogue.overview import overview
+    from rl_design_space.catalogue.search import searched
+
+    flags = get_args_parser().parse_intermixed_args(arguments)
+    searchpath = [override for override in flags.overrides if override.lstrip("+").startswith("hydra.searchpath=")]
+    with searched(flags.config_dir, searchpath) as search:
+        print(overview(search, commands.summaries()), end="")
 
 
 def _keep_options_in_one_copy() -> None:

@@ -63,9 +63,10 @@ def names(wheel: Path) -> set[str]:
 
 
 def test_the_wheel_holds_every_config_file(wheel: Path):
-    expected = {f"rl_design_space/conf/{file.relative_to(CONF).as_posix()}" for file in CONF.rglob("*.yaml")}
-    assert {name for name in names(wheel) if name.endswith(".yaml")} == expected
-    assert "rl_design_space/conf/config.yaml" in expected
+    files = [file for file in CONF.rglob("*") if file.is_file()]
+    expected = {f"rl_design_space/conf/{file.relative_to(CONF).as_posix()}" for file in files}
+    assert {name for name in names(wheel) if name.startswith("rl_design_space/conf/")} == expected
+    assert {"rl_design_space/conf/config.yaml", "rl_design_space/conf/world/schema.json"} <= expected
 
 
 def test_the_wheel_holds_every_module_and_nothing_else(wheel: Path):

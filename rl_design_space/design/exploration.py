@@ -25,7 +25,11 @@ class Exploration(Protocol):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Constant:
-    """The same ε in every trial."""
+    """The same ε in every trial.
+
+    Attributes:
+        epsilon: probability of an exploratory action.
+    """
 
     epsilon: Probability = 0.1
 
@@ -35,9 +39,10 @@ class Constant:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class _Decay:
-    """What decaying schedules share: the number τ that the first trial counts as.
+    """What decaying schedules share.
 
-    The paper's τ runs from 0; counting from 1 is the other reading.
+    Attributes:
+        first_trial: τ of the first trial; the paper's runs from 0, counting from 1 is the other reading.
     """
 
     first_trial: Annotated[int, Field(ge=0)] = 0
@@ -48,7 +53,12 @@ class _Decay:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Linear(_Decay):
-    """ε = max(start - k·τ, 0); the paper tries k from 0.01 to 0.1."""
+    """ε = max(start - k·τ, 0).
+
+    Attributes:
+        start: ε at τ = 0.
+        k: decrease of ε a trial; the paper tries 0.01 to 0.1.
+    """
 
     start: Probability = 0.9
     k: Annotated[float, Field(ge=0)] = 0.03
@@ -60,7 +70,12 @@ class Linear(_Decay):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Exponential(_Decay):
-    """ε = start·l^(-τ); the paper tries l from 1 to 10. With l below 1, ε grows until it is 1."""
+    """ε = start·l^(-τ).
+
+    Attributes:
+        start: ε at τ = 0.
+        l: factor by which ε falls a trial; the paper tries 1 to 10. With l below 1, ε grows until it is 1.
+    """
 
     start: Probability = 0.9
     l: Annotated[float, Field(gt=0)] = 2.0  # noqa: E741 (the paper's name)
@@ -74,7 +89,12 @@ class Exponential(_Decay):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Sigmoidal(_Decay):
-    """ε = 1 / (1 + e^(-(q - τ)/p)): one half at trial q, falling over about p trials to either side."""
+    """ε = 1 / (1 + e^(-(q - τ)/p)): one half at trial q, falling over about p trials to either side.
+
+    Attributes:
+        p: trials over which ε falls.
+        q: trial at which ε is one half.
+    """
 
     p: Annotated[float, Field(gt=0)] = 5.0
     q: float = 20.0

@@ -14,14 +14,16 @@ from rl_design_space._strict import STRICT
 class QLearning:
     """Q(s,a) ← Q(s,a) + α·(r + γ·max Q(s',·) - Q(s,a)), and the readings of what the paper leaves open.
 
-    `alpha` is the learning rate, `gamma` the discount factor, `initial_q` every Q-value at the start of a period.
-
-    - `explore`: an exploratory action is any action but the greedy one (`non_greedy`, which fits Table 4), or
-      any action (`all`, as the text says).
-    - `ties`: among equal maxima the greedy action is drawn at `random`, or is the `first`.
-    - `out_of_order`: a move onto a goal that is not due yields the ordinary `step_reward`, or `zero`.
-    - `update`: the `standard` rule above, or the one `printed` in the paper, whose discount also covers the
-      old value: Q(s,a) ← Q(s,a) + α·(r + γ·(max Q(s',·) - Q(s,a))).
+    Attributes:
+        alpha: learning rate α.
+        gamma: discount factor γ.
+        initial_q: every Q-value at the start of a period.
+        explore: an exploratory action is any action but the greedy one (`non_greedy`, which fits Table 4), or
+            any action (`all`, as the text says).
+        ties: among equal maxima the greedy action is drawn at `random`, or is the `first`.
+        out_of_order: a move onto a goal that is not due yields the ordinary `step_reward`, or `zero`.
+        update: the `standard` rule above, or the one `printed` in the paper, whose discount also covers the
+            old value: Q(s,a) ← Q(s,a) + α·(r + γ·(max Q(s',·) - Q(s,a))).
     """
 
     alpha: Annotated[float, Field(gt=0, le=1)] = 0.1

@@ -24,30 +24,31 @@ def _distinct(lengths: tuple[int, ...]) -> tuple[int, ...]:
 
 
 _Length = Annotated[int, Field(ge=2, le=1_000_000)]
-Lengths = Annotated[tuple[_Length, ...], BeforeValidator(_in_order), AfterValidator(_distinct)]
+Lengths = Annotated[
+    tuple[_Length, ...],
+    BeforeValidator(_in_order, json_schema_input_type=list[_Length]),
+    AfterValidator(_distinct),
+]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class MultiStepActions:
-    """m sets of actions beside the 4 primitive moves; set i repeats each move `lengths[i]` times.
+    """Sets of actions beside the 4 primitive moves, each of which repeats one move.
 
     An MSA of length p that is executed for k ≤ p moves, because the final goal or the step cap ends it, is
-    updated once, with its return and the bootstrap of γ^k. What else it means is open in the paper:
+    updated once, with its return and the bootstrap of γ^k. What else it means is open in the paper, hence the
+    fields beside `lengths`.
 
-    `propagation`, the shorter actions that learn from the cells passed, after the MSA itself:
-
-    - `primitives`: one-step updates of the primitive move at every cell, in the order of time;
-    - `all_shorter`: the same for every shorter length of the set, the primitive moves first;
-    - `none`.
-
-    `reward`, the return of the MSA:
-
-    - `realised`: Σ γ^j r_j over the k rewards received, j = 0 … k - 1;
-    - `printed`: Σ γ^j r over j = 0 … k with the first move's reward throughout, as in the paper's formula. Shorter
-      actions that learn by propagation get the rewards received all the same.
-
-    `sub_goal`, a due sub-goal met on the way: `continue` goes on with the MSA (counter and reward change at that
-    move), `stop` ends the MSA there.
+    Attributes:
+        lengths: one set of actions each: set i repeats each move `lengths[i]` times.
+        propagation: the shorter actions that learn from the cells passed, after the MSA itself. `primitives`:
+            one-step updates of the primitive move at every cell, in the order of time; `all_shorter`: the same for
+            every shorter length of the set, the primitive moves first; `none`.
+        reward: the return of the MSA. `realised`: Σ γ^j r_j over the k rewards received, j = 0 … k - 1; `printed`:
+            Σ γ^j r over j = 0 … k with the first move's reward throughout, as in the paper's formula. Shorter
+            actions that learn by propagation get the rewards received all the same.
+        sub_goal: what a due sub-goal met on the way does. `continue` goes on with the MSA (counter and reward change
+            at that move), `stop` ends the MSA there.
     """
 
     lengths: Lengths = ()

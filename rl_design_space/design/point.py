@@ -43,6 +43,16 @@ class DesignPoint:
 
     Points are values: equal points are interchangeable and give the same learning curves, to the bit.
 
+    Attributes:
+        seed: everything random follows from it; points of equal size and seed meet the same starts and goals.
+        task: how many goals are to be reached, and how often that is tried.
+        world: where the agent moves.
+        representation: what the agent observes of itself, the goals and its progress.
+        exploration: how likely an exploratory action is, trial by trial.
+        msa: multi-step actions that the agent has beside the primitive moves.
+        reward: what moves and goals pay.
+        learner: how the agent learns from what it meets.
+
     Raises:
         pydantic.ValidationError: a choice is of the wrong kind, or the goals do not fit the world.
     """

@@ -107,6 +107,9 @@ class Distance:
 
     On a torus a distance has 2⌊d/2⌋ + 1 values, zero among them; the formula of Table 2,
     (⌊dx/2⌋ + ⌊dy/2⌋)^n · n, counts one less.
+
+    Attributes:
+        goals: whose distances are observed: `all` goals', or only those `remaining`.
     """
 
     goals: ObservedGoals = "all"
@@ -135,11 +138,13 @@ _HERE, _RIGHT, _LEFT, _ABOVE, _BELOW = (np.int8(digit) for digit in range(5))
 class Direction:
     """Direction from the agent to the goals (here, right, left, above, below) and the success counter.
 
-    Size 5^n·n, whatever the world. Two readings fit the paper's one example, (5,5)→(7,7) and (5,5)→(8,3)
-    both "right":
+    Size 5^n·n, whatever the world. Two rules fit the paper's one example, (5,5)→(7,7) and (5,5)→(8,3)
+    both "right".
 
-    - `rule: dominant_axis`: along the axis with the larger offset, horizontal when both are equal;
-    - `rule: horizontal_first`: horizontal until the column is right, then vertical.
+    Attributes:
+        rule: which of two directions is observed. `dominant_axis`: along the axis with the larger offset, horizontal
+            when both are equal; `horizontal_first`: horizontal until the column is right, then vertical.
+        goals: whose directions are observed: `all` goals', or only those `remaining`.
     """
 
     rule: Literal["dominant_axis", "horizontal_first"] = "dominant_axis"

@@ -26,6 +26,11 @@ class GoalReward:
 
     The paper's three functions are *many rewards* (-0.1, 1, 10), *each success* (0, 1, 10) and *end reward*
     (0, 0, 10). What a goal that is not due yields is a reading of the learner, `learner.out_of_order`.
+
+    Attributes:
+        step: reward of an ordinary move.
+        sub_goal: reward of a move onto the due sub-goal.
+        final_goal: reward of a move onto the due final goal.
     """
 
     step: float = -0.1

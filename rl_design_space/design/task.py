@@ -14,10 +14,16 @@ _Count = Annotated[int, Field(ge=1)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Task:
-    """Reach `goals` goals in their order, in `trials` trials a period; `periods` periods make a design point.
+    """Reach a number of goals in their order, again and again.
 
-    A trial ends at the final goal or after `max_steps` primitive moves. All trials of a period share start, goals
-    and Q-matrix; every period draws and learns anew.
+    A trial ends at the final goal, or fails. All trials of a period share start, goals and Q-matrix; every period
+    draws and learns anew.
+
+    Attributes:
+        goals: n, to be reached in their order.
+        trials: τ, attempts of a period.
+        periods: repetitions that make a design point, the unit of all statistics.
+        max_steps: primitive moves after which a trial has failed.
     """
 
     goals: _Count = 3

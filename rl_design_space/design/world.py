@@ -7,7 +7,7 @@ from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._arrays import IntArray
@@ -76,12 +76,20 @@ def _canonical_size(size: Any) -> int | tuple[int, int]:
     return sides[0] if sides[0] == sides[1] else sides
 
 
-Size = Annotated[int | tuple[int, int], BeforeValidator(_canonical_size)]
+_Side = Annotated[int, Field(ge=2)]
+Size = Annotated[
+    int | tuple[int, int],
+    BeforeValidator(_canonical_size, json_schema_input_type=_Side | tuple[_Side, _Side]),
+]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class _Grid(ABC):
-    """A full rectangle of cells; subclasses say what its border does."""
+    """A full rectangle of cells; subclasses say what its border does.
+
+    Attributes:
+        size: d for d×d cells, or [dx, dy].
+    """
 
     size: Size = 10
 

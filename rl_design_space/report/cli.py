@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -40,7 +41,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog="rl-design-report",
         description="Write the report of a study from its tracked runs, into outputs/report.",
-        epilog="example: rl-design-report table4 outputs=outputs",
+        epilog=_studies() if {"-h", "--help"} & set(sys.argv[1:]) else None,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("report", help="name of a study, e.g. table4; all for every one and the page")
     parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
@@ -52,6 +54,14 @@ def main() -> None:
         name = _ALL if arguments.report == "all" else arguments.report
         for path in write_report(name, arguments.overrides):
             print(path)
+
+
+def _studies() -> str:
+    from rl_design_space.catalogue.overview import study_list
+    from rl_design_space.catalogue.search import searched
+
+    with searched() as search:
+        return "\n".join(("studies:", *study_list(search), "", "example: rl-design-report table4 outputs=outputs"))
 
 
 def write_report(name: str, overrides: list[str]) -> list[Path]:

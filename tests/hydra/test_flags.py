@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from rl_design_space import commands
+
 #: What takes seconds to import, and nothing here has a use for.
 SLOW = {"mlflow", "numba", "pandas", "seaborn"}
 
@@ -52,10 +54,40 @@ def command(tmp_path: Path) -> Command:
     return run
 
 
-def test_help_lists_the_options(command: Command):
-    lines = command("--help").stdout.splitlines()
-    assert "world: torus, walled" in lines
-    assert "representation: ad_hoc, direct, direction, distance" in lines
+@pytest.mark.parametrize("words", [("--help",), ("-h",), ("study=table4", "--help"), ("-m", "-h")])
+def test_help_says_what_to_type_and_what_there_is(words: tuple[str, ...], command: Command):
+    lines = [" ".join(line.split()) for line in command(*words).stdout.splitlines()]
+    assert "rl-design-space study=table4 run it; the same again goes on where this one stopped" in lines
+    for word, said in commands.summaries().items():
+        assert f"{word} {said}" in lines
+    assert "world torus, walled" in lines
+    assert "representation ad_hoc, direct, direction, distance" in lines
+    assert "msa none, length_2, length_3, length_5, lengths_2_3, lengths_2_3_5, lengths_3_5" in lines
+
+
+def test_help_fits_the_window_of_a_terminal(command: Command):
+    assert max(map(len, command("--help").stdout.splitlines())) <= 120
+
+
+def test_help_knows_the_options_of_ones_own(command: Command, tmp_path: Path):
+    (tmp_path / "mine" / "world").mkdir(parents=True)
+    (tmp_path / "mine" / "world" / "moebius.yaml").write_text("_target_: mine.Moebius\n", encoding="utf-8")
+    lines = command("--help", "--config-dir", str(tmp_path / "mine")).stdout.splitlines()
+    assert ["world", "torus,", "moebius,", "walled"] in [line.split() for line in lines]
+
+
+def test_help_of_a_command_is_its_own(command: Command):
+    assert "usage: rl-design-space list" in command("list", "--help").stdout
+    assert "usage: rl-design-space show" in command("show", "-h").stdout
+
+
+def test_the_help_of_hydra_is_still_there(command: Command):
+    assert "hydra/launcher: basic, design" in command("--hydra-help").stdout
+
+
+@pytest.mark.parametrize("words", [("list",), ("show", "study=table4"), ("show", "world=torus", "--json")])
+def test_what_is_looked_up_costs_no_imports(words: tuple[str, ...], command: Command):
+    assert command(*words).stdout
 
 
 def test_the_config_of_a_job_is_shown(command: Command):

@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from rl_design_space._paths import CONF
+from rl_design_space.catalogue.comments import first_sentence, leading_comment
 from rl_design_space.design import DesignPoint
 from rl_design_space.sweep.build import build_component, build_settings, plain
 from rl_design_space.sweep.compose import Composer, shipped_config
@@ -35,9 +36,7 @@ def test_the_parameters_of_this_file_are_not_empty():
 
 @pytest.mark.parametrize("file", FILES, ids=name_of)
 def test_a_file_begins_with_what_it_is(file: Path):
-    first = file.read_text(encoding="utf-8").splitlines()[0]
-    assert first.startswith("# ")
-    assert len(first) > len("# ") + 5
+    assert len(first_sentence(leading_comment(file.read_text(encoding="utf-8")))) > 5
 
 
 @pytest.mark.parametrize("file", OPTIONS, ids=name_of)

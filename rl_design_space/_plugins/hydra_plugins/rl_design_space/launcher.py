@@ -50,9 +50,8 @@ class DesignDaskLauncher(DesignLauncher):
     """Learns design points on a Dask cluster.
 
     Args:
-        address: of its scheduler; if None, a cluster of this machine's cores is started.
-        chunk: points a task; if None, few enough that all workers stay busy to the end.
-        dumps: as above.
+        address: of its scheduler; unless given, a cluster of this machine's cores is started.
+        chunk: points a task; unless given, few enough that all workers stay busy to the end.
     """
 
     def __init__(self, address: str | None = None, chunk: int | None = None, dumps: bool = False) -> None:
@@ -69,9 +68,8 @@ class DesignRayLauncher(DesignLauncher):
     """Learns design points on a Ray cluster.
 
     Args:
-        address: of the cluster; if None, one of this machine's cores is started.
-        chunk: as above.
-        dumps: as above.
+        address: of the cluster; unless given, one of this machine's cores is started.
+        chunk: points a task; unless given, few enough that all workers stay busy to the end.
     """
 
     def __init__(self, address: str | None = None, chunk: int | None = None, dumps: bool = False) -> None:

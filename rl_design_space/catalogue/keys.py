@@ -1,0 +1,68 @@
+"""The keys of the whole configuration: choices, the task, the seed, and the settings of runs and sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+from rl_design_space.catalogue.comments import key_comments
+from rl_design_space.catalogue.docstrings import docstring_of
+from rl_design_space.catalogue.fields import Schema, schemas_of, target
+from rl_design_space.catalogue.options import NOT_GIVEN, Parameter, constraints_only, parameters_of
+from rl_design_space.catalogue.search import Search
+from rl_design_space.design import DesignPoint
+from rl_design_space.sweep.build import SETTINGS, Settings
+from rl_design_space.sweep.compose import CONFIG_NAME
+
+
+class Keys:
+    """Describes the keys of the primary config.
+
+    Args:
+        search: finds its file.
+    """
+
+    def __init__(self, search: Search) -> None:
+        self._search = search
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Every key there is but Hydra's own, choices first."""
+        known = [*docstring_of(DesignPoint).fields, *SETTINGS]
+        return tuple(dict.fromkeys(key for key in (*self._search.groups, *known) if key != "hydra"))
+
+    def description(self, key: str) -> str:
+        """What a key is for, in the words of the config file or else of its class; empty if nothing is said of it."""
+        said = {**docstring_of(DesignPoint).fields, **docstring_of(Settings).fields}
+        return self._comments.get(key) or said.get(key) or self._comments.get(f"defaults.{key}", "")
+
+    def parameter(self, key: str) -> Parameter:
+        """A key that holds one value."""
+        schema = constraints_only(self._schemas.get(key, {}))
+        return Parameter(key, schema, self._node.get(key, NOT_GIVEN), self.description(key))
+
+    def parameters(self, key: str) -> list[Parameter]:
+        """The parameters of a key that is no choice: its own, or those of what it holds."""
+        node = self._node.get(key)
+        if not isinstance(node, Mapping) or "_target_" not in node:
+            return [self.parameter(key)]
+        comments = {name.removeprefix(f"{key}."): said for name, said in self._comments.items()}
+        return parameters_of(key, node, target(node["_target_"]), comments)
+
+    def target(self, key: str) -> str:
+        """The `_target_` of what a key holds."""
+        return str(self._node[key]["_target_"])
+
+    @cached_property
+    def _node(self) -> Mapping[str, Any]:
+        return dict(self._search.node(CONFIG_NAME))
+
+    @cached_property
+    def _comments(self) -> Mapping[str, str]:
+        return key_comments(self._search.text(CONFIG_NAME))
+
+    @cached_property
+    def _schemas(self) -> Mapping[str, Schema]:
+        both = schemas_of({"point": DesignPoint, "settings": Settings}).classes
+        return {**both["point"]["properties"], **both["settings"]["properties"]}

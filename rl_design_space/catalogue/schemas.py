@@ -1,0 +1,116 @@
+"""The schema files for editors: one beside the options of every choice, and one beside the primary config.
+
+`python -m rl_design_space.catalogue.schemas` writes them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from rl_design_space._paths import CONF
+from rl_design_space.catalogue import documents
+from rl_design_space.catalogue.docstrings import docstring_of
+from rl_design_space.catalogue.fields import Schema, schemas_of, target
+from rl_design_space.catalogue.keys import Keys
+from rl_design_space.catalogue.openness import opened
+from rl_design_space.catalogue.options import constraints_only
+from rl_design_space.catalogue.search import HYDRA_GROUPS, Search, searched
+from rl_design_space.sweep.build import Settings
+from rl_design_space.sweep.compose import CONFIG_NAME, OPTION_GROUPS
+from rl_design_space.sweep.constraint import Constraint
+
+#: Hydra takes only files that end in .yaml for options.
+FILE_NAME = "schema.json"
+_STUDY = "study"
+_PRIMARY = "a whole configuration"
+#: Keys that hold one value.
+_PLAIN = ("seed", *(key for key in docstring_of(Settings).fields if key != "tracking"))
+
+
+def schema_files(conf: Path = CONF) -> dict[str, Path]:
+    """Where the schemas lie, by the files that each is for, as a pattern for editors."""
+    folders = sorted(path.parent for path in conf.rglob(FILE_NAME) if path.parent != conf)
+    of_groups = {f"**/{folder.relative_to(conf).as_posix()}/*.yaml": folder / FILE_NAME for folder in folders}
+    return {**of_groups, f"**/conf/{CONFIG_NAME}.yaml": conf / FILE_NAME}
+
+
+def made() -> dict[str, str]:
+    """The text of every schema file, by its path below the folder of the shipped configuration."""
+    with searched() as search:
+        return {
+            (Path(group) / FILE_NAME).as_posix(): json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
+            for group, schema in _schemas(search)
+        }
+
+
+def main() -> None:
+    """Write all files."""
+    for path, text in made().items():
+        (CONF / path).write_text(text, encoding="utf-8")
+        print(CONF / path)
+
+
+def _schemas(search: Search) -> Iterator[tuple[str, Schema]]:
+    """The schema of each folder of the configuration; of the configuration itself, under an empty name."""
+    keys = Keys(search)
+    groups = {group: keys.description(group) for group in (*search.groups, *HYDRA_GROUPS)}
+    values: dict[str, list[Schema]] = {}
+    for group, said in groups.items():
+        if group == _STUDY:
+            continue
+        kinds = _targets(search, group)
+        schemas = schemas_of(kinds)
+        yield group, documents.document(group, said, documents.component(kinds, schemas), schemas.definitions)
+        if group in OPTION_GROUPS:
+            values |= {group: [{"description": said, "type": "string"}]}
+            for schema in schemas.classes.values():
+                _collect(values, group, schema)
+
+    path = keys.target("task")
+    schemas = schemas_of({path: target(path)})
+    _collect(values, "task", schemas.classes[path])
+    held = {key: opened({**keys.parameter(key).schema, "description": keys.description(key)}) for key in _PLAIN}
+    held["task"] = {**documents.changed(schemas.classes[path]), "description": keys.description("task")}
+    top_groups = {group: said for group, said in groups.items() if group in search.groups}
+    content = documents.primary(held, top_groups)
+    yield "", documents.document("rl-design-space", _PRIMARY, content, schemas.definitions)
+
+    values["seed"] = [keys.parameter("seed").schema | {"description": keys.description("seed")}]
+    yield _STUDY, _study(groups[_STUDY], {key: _any_of(found) for key, found in values.items()}, keys.names)
+
+
+def _study(said: str, values: Mapping[str, Schema], tops: Sequence[str]) -> Schema:
+    from rl_design_space import report
+
+    kinds = {f"{report.__name__}.{name}": getattr(report, name) for name in report.__all__}
+    reports, constraints = schemas_of(kinds), schemas_of({"": Constraint})
+    content = documents.study(
+        documents.component(kinds, reports, inherited=False), constraints.classes[""], values, [*tops, "hydra"]
+    )
+    return documents.document(_STUDY, said, content, {**reports.definitions, **constraints.definitions})
+
+
+def _targets(search: Search, group: str) -> dict[str, type]:
+    """The classes that the options of a group name and that are ours, by `_target_`."""
+    nodes = [search.node(f"{group}/{option}") for option in search.options(group)]
+    paths = sorted({node["_target_"] for node in nodes if "rl_design_space." in str(node.get("_target_"))})
+    return {path: target(path) for path in paths}
+
+
+def _collect(values: dict[str, list[Schema]], prefix: str, schema: Schema) -> None:
+    for name, field in schema["properties"].items():
+        values.setdefault(f"{prefix}.{name}", []).append(field)
+
+
+def _any_of(schemas: Sequence[Schema]) -> Schema:
+    """A value that several classes take, each in its way, in the words of the first."""
+    checks = [constraints_only(schema) for schema in schemas]
+    distinct = [check for place, check in enumerate(checks) if check not in checks[:place]]
+    words = {"description": schemas[0]["description"]} if "description" in schemas[0] else {}
+    return words | (distinct[0] if len(distinct) == 1 else {"anyOf": distinct})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,35 @@
+"""The help of the commands names what there is."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from rl_design_space import commands
+from rl_design_space._paths import CONF
+from rl_design_space.catalogue.overview import columns
+from rl_design_space.report import cli as report
+
+
+def test_the_help_of_the_report_lists_the_studies(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(sys, "argv", ["rl-design-report", "--help"])
+    with pytest.raises(SystemExit):
+        report.main()
+    listed = capsys.readouterr().out.partition("studies:\n")[2]
+    assert {file.stem for file in CONF.glob("study/*.yaml")} <= set(listed.split())
+    assert "paper     Everything: all tables, figures and claims of the paper" in listed
+
+
+def test_every_command_says_what_it_does_in_one_sentence():
+    assert list(commands.summaries()) == commands.words()
+    assert {"list", "show"} <= set(commands.words())
+    assert all(said and not said.endswith(".") for said in commands.summaries().values())
+
+
+def test_columns_are_as_wide_as_their_widest_name_and_wrap_behind_it():
+    lines = list(columns({"a": "word " * 30, "long": ""}))
+    assert lines[0].startswith("  a     word word")
+    assert lines[1].startswith("        word")
+    assert lines[-1] == "  long"
+    assert list(columns({})) == []

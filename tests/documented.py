@@ -1,0 +1,73 @@
+"""The fenced commands of a page of the documentation, run in order beside the files that the page gives."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from markdown_it import MarkdownIt
+
+from rl_design_space import commands
+from tests.commands import SCRIPTS, Completed, environment
+
+DOCS = Path(__file__).parent.parent / "docs"
+PROGRAMS = ("rl-design-space", "rl-design-report")
+#: What makes a documented run short.
+SMALL = ("task.periods=2", "task.trials=5", "threads=1")
+
+
+class File(NamedTuple):
+    """A fence behind a paragraph that ends with a path, as in "This is `mine/world/large.yaml`:"."""
+
+    path: str
+    text: str
+
+
+class Typed(NamedTuple):
+    """A command of a fence of `sh`."""
+
+    words: tuple[str, ...]
+
+
+def parts_of(page: Path) -> list[File | Typed]:
+    """The files and commands of a page, from top to bottom."""
+    return list(_parts(page.read_text(encoding="utf-8")))
+
+
+def _parts(text: str) -> Iterator[File | Typed]:
+    paragraph = ""
+    for token in MarkdownIt("commonmark").parse(text):
+        if token.type == "inline":
+            paragraph = token.content
+        elif token.type == "fence":
+            if named := re.search(r"`([\w./-]+\.\w+)`:$", paragraph):
+                yield File(named[1], token.content)
+            elif token.info == "sh":
+                yield from _commands(token.content)
+            paragraph = ""
+
+
+def _commands(text: str) -> Iterator[Typed]:
+    for line in text.replace("\\\n", " ").splitlines():
+        words = shlex.split(line, comments=True)
+        if words and words[0] in PROGRAMS:
+            yield Typed(tuple(words))
+
+
+def run(words: tuple[str, ...], folder: Path) -> Completed:
+    """Run a documented command in a folder; what it would learn is made small."""
+    program, *arguments = words
+    looks_up = set(arguments) & {*commands.words(), "--help", "-h", "--hydra-help"}
+    small = () if looks_up or program != "rl-design-space" else SMALL
+    return subprocess.run(
+        [str(SCRIPTS / program), *arguments, *small],
+        cwd=folder,
+        env=environment(folder),
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
