@@ -56,14 +56,14 @@ class Tab:
             raise RuntimeError(f"{expression}: {answer['exceptionDetails']}")
         return answer["result"].get("value")
 
-    def wait(self, condition: str) -> Any:
-        """Wait until a JavaScript expression is true, and return its value."""
+    def wait(self, condition: str) -> None:
+        """Wait until a JavaScript expression is as good as true."""
         deadline = time.monotonic() + _PATIENCE
         while True:
             # While a page is on its way there is no document to ask.
             with suppress(RuntimeError):
-                if value := self.evaluate(condition):
-                    return value
+                if self.evaluate(f"Boolean({condition})"):
+                    return
             if time.monotonic() > deadline:
                 raise TimeoutError(f"{condition} did not come true; the page says: {self.text()}")
             time.sleep(_PAUSE)

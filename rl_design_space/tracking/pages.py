@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.store import connect, sqlite_path
-from rl_design_space.tracking.views import POINTS_KEY, STUDY_KEY, SWEEPS_KEY, VIEW_TAG, link
+from rl_design_space.tracking.view_state import VIEW_TAG
+from rl_design_space.tracking.views import POINTS_KEY, STUDY_KEY, SWEEPS_KEY, link
 
 if TYPE_CHECKING:
     from mlflow.entities import Experiment

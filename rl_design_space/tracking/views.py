@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 from urllib.parse import urlencode
 
 from rl_design_space.learning.names import CURVES, SCALARS
 from rl_design_space.tracking import view_state as ui
 from rl_design_space.tracking.record import STUDY_TAG
-from rl_design_space.tracking.view_state import VIEW_TAG, State
+from rl_design_space.tracking.view_state import State
 
-__all__ = ["POINTS_KEY", "STUDY_KEY", "SWEEPS_KEY", "VIEW_TAG", "link", "points_view", "study_view", "sweeps_view"]
+if TYPE_CHECKING:
+    from rl_design_space.sweep.plan import Plan
 
 #: The axes of a plan: by the name of a parameter how many points have each of its values, see `Plan.axes`.
 Axes = Mapping[str, Mapping[str, int]]
@@ -21,8 +24,10 @@ POINTS_KEY, SWEEPS_KEY, STUDY_KEY = "points", "sweeps", "study."
 
 #: The scalars that are shown; points are sorted by the first.
 _SHOWN = ("total_steps", "failed_trials", "final_steps_over_optimum")
+#: The parameter that tells a quick look, which is of the same study, from the study.
+_PERIODS = "task.periods"
 #: The parameters in which points of different studies differ.
-_USUAL = ("representation", "exploration", "msa", "reward", "world", "world.size", "task.goals")
+_USUAL = ("representation", "exploration", "msa", "reward", "world", "world.size", "task.goals", _PERIODS)
 _SWEEP_COUNTS = ("points/done", "points/already", "points/failed", "points/elsewhere", "points/left")
 #: Runs up to which each has a line of its own, and which the UI loads at once.
 _LINES, _PAGE = 20, 100
@@ -46,16 +51,35 @@ def study_view(study: str, axes: Axes, created: int) -> tuple[str, str]:
         The key of the view, and its JSON text.
     """
     count = _points(axes)
+    shown = [*axes, *({_PERIODS} - axes.keys())]
     groups = _telling(axes) if _LINES < count <= _PAGE else []
     state = {
         **ui.runs(f"tags.`{STUDY_TAG}{study}` = 'true'", *ui.metrics(_SHOWN[:1]), ascending=True),
-        **ui.table([*ui.params(axes), *ui.metrics(_SHOWN)]),
+        **ui.table([*ui.params(shown), *ui.metrics(_SHOWN)]),
         # The UI cannot draw parallel coordinates of groups.
         **_charts([] if groups else _parallel(axes)),
         **(ui.grouped(groups) if groups else {}),
         **ui.visible("all" if groups or count <= _LINES else "first 20"),
     }
     return f"{STUDY_KEY}{study}", ui.saved(study, state, created)
+
+
+def plan_views(plan: Plan, created: int) -> dict[str, str]:
+    """The views of all studies that a plan comes from.
+
+    Args:
+        plan: the whole, not a shard of it.
+        created: milliseconds since 1970.
+
+    Returns:
+        The JSON texts by the keys of the views.
+    """
+    views = {}
+    for study in plan.studies:
+        its_own = replace(plan, points=[planned for planned in plan if study in planned.studies])
+        key, text = study_view(study, its_own.axes, created)
+        views[key] = text
+    return views
 
 
 def points_view(created: int) -> tuple[str, str]:

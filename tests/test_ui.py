@@ -1,0 +1,214 @@
+"""The UI command with MLflow's real server, and what a real browser makes of the saved views."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from rl_design_space.commands.ui import main, show
+from rl_design_space.errors import ConfigError
+from rl_design_space.sweep.plan import Plan
+from rl_design_space.tracking.server import serving
+from rl_design_space.tracking.view_state import VIEW_TAG
+from rl_design_space.tracking.views import plan_views, points_view, sweeps_view
+from tests.browser import needs_browser
+from tests.commands import started
+from tests.devtools import Tab, tab
+from tests.tracking.stores import import_mlflow, learned, options
+
+#: Points of two studies, and what a page of the first may not show.
+STUDIES = {"mine": ("representation=ad_hoc", "representation=direction"), "yours": ("exploration=linear",)}
+
+
+@pytest.fixture(scope="module")
+def outputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store with a few points, a sweep and the views of its studies."""
+    import_mlflow()
+    from mlflow import MlflowClient
+
+    folder = tmp_path_factory.mktemp("ui") / "out"
+    tracker = options(folder / "mlflow.db").open()
+    points = []
+    for study, overrides in STUDIES.items():
+        for override in overrides:
+            planned, curves = learned(override)
+            points.append(replace(planned, studies=(study,)))
+            tracker.record(points[-1], curves)
+    plan = Plan(points, studies=tuple(STUDIES))
+    sweep = tracker.open_sweep(plan, "rl-design-space study=mine,yours")
+    sweep.close("FINISHED", {"done": len(points), "failed": 0}, {})
+
+    client = MlflowClient(f"sqlite:///{folder / 'mlflow.db'}")
+    of_points, of_sweeps = (client.get_experiment_by_name(name).experiment_id for name in ("design points", "sweeps"))
+    now = int(time.time() * 1000)
+    for key, text in [*plan_views(plan, now).items(), points_view(now)]:
+        client.set_experiment_tag(of_points, f"{VIEW_TAG}{key}", text)
+    key, text = sweeps_view(now)
+    client.set_experiment_tag(of_sweeps, f"{VIEW_TAG}{key}", text)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def served(outputs: Path) -> Iterator[dict[str, str]]:
+    """The addresses that the command names, while it runs."""
+    (outputs.parent / "temporary").mkdir()
+    port = free_port()
+    command = started(outputs.parent, "ui", "outputs=out", "--port", str(port))
+    try:
+        yield links_in(command, count=5)
+    finally:
+        command.send_signal(signal.SIGTERM)
+        _, errors = command.communicate(timeout=30)
+    assert (command.returncode, errors) == (0, "")
+    assert servers_at(port) == []
+    assert sorted(path.name for path in outputs.parent.iterdir()) == ["out", "temporary"]
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    with tab(tmp_path_factory.mktemp("profile")) as opened:
+        # Columns that do not fit are not there; the assistant would take a third of the page.
+        opened.size(2400, 1600)
+        opened.before_each_page("localStorage.setItem('mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true')")
+        yield opened
+
+
+def free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
+
+
+def links_in(command: subprocess.Popen[str], count: int) -> dict[str, str]:
+    """What the command prints, by what it is a link to."""
+    assert command.stdout is not None
+    links: dict[str, str] = {}
+    while len(links) < count:
+        line = command.stdout.readline()
+        assert line, command.communicate()
+        what, *address = re.split(r"\s{2,}|: |; ", line.strip())
+        links[what] = address[0]
+    return links
+
+
+def servers_at(port: int) -> list[str]:
+    """Processes that are about a port."""
+    listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True).stdout
+    return [line for line in listed.splitlines() if re.search(rf"--port[ =]{port}\b", line)]
+
+
+def test_the_command_names_every_page_there_is(served: dict[str, str]):
+    assert list(served)[1:] == ["all design points", "study mine", "study yours", "all sweeps"]
+    assert "viewStateShareKey=study.mine&" in served["study mine"]
+
+
+def headings(page: Tab) -> list[str]:
+    """Of the table's columns, from left to right."""
+    found: list[str] = page.evaluate(
+        "[...document.querySelectorAll('[data-testid^=sort-header]')]"
+        ".sort((one, other) => one.getBoundingClientRect().x - other.getBoundingClientRect().x)"
+        ".map(heading => heading.innerText)"
+    )
+    return found
+
+
+@needs_browser
+def test_the_table_of_a_study_shows_what_differs_and_what_came_of_it(served: dict[str, str], page: Tab):
+    page.open(served["study mine"])
+    page.wait("document.querySelectorAll('.ag-center-cols-container .ag-row').length == 2")
+    page.wait("document.querySelector('[data-testid=\"sort-header-final_steps_over_optimum\"]')")
+    assert headings(page) == [
+        *("Run Name", "Created", "representation", "task.periods"),
+        *("total_steps", "failed_trials", "final_steps_over_optimum", "Duration"),
+    ]
+    says = page.text()
+    assert "2 matching runs" in says
+    assert re.search(r"ad_hoc\s+3\s", says)
+    assert re.search(r"direction\s+3\s", says)
+
+
+DRAWN = {"representation=ad_hoc": 4, "representation=direction": 4}
+
+
+def plots(kind: str) -> str:
+    """Those plots of a page, in JavaScript, that are all of one kind of lines, points or bars."""
+    return (
+        "[...document.querySelectorAll('.js-plotly-plot')]"
+        f".filter(plot => plot.data?.length && plot.data.every(line => line.type == '{kind}'))"
+    )
+
+
+@needs_browser
+def test_the_charts_of_a_study_are_its_learning_curves(served: dict[str, str], page: Tab):
+    page.open(f"{served['study mine']}&compareRunsMode=CHART")
+    page.wait(f"{plots('scatter')}.length == 3 && {plots('bar')}.length == 3")
+    lines = page.evaluate(f"{plots('scatter')}.map(plot => plot.data.map(line => [line.name, line.x.length]))")
+    # A line of each run, over its 4 trials.
+    assert all({name.split()[-1]: trials for name, trials in plot} == DRAWN for plot in lines)
+    says = page.text()
+    titles = ["Learning curves", "steps/mean", "steps/median", "success_rate"]
+    totals = ["Totals", "total_steps", "failed_trials", "final_steps_over_optimum", "Choices"]
+    places = [says.find(f"\n{title}\n") for title in (*titles, *totals)]
+    assert -1 not in places
+    assert places == sorted(places)
+    assert "env_steps_per_second" not in says
+
+
+@needs_browser
+def test_the_views_are_in_the_menu_of_the_ui(served: dict[str, str], page: Tab):
+    page.open(served["all design points"])
+    page.wait("document.querySelectorAll('.ag-center-cols-container .ag-row').length == 3")
+    assert headings(page)[2:6] == ["representation", "exploration", "msa", "reward"]
+    assert "all design points" in page.text()
+
+
+@needs_browser
+def test_the_table_of_sweeps_shows_what_became_of_them(served: dict[str, str], page: Tab):
+    page.open(served["all sweeps"])
+    page.wait("document.querySelector('[data-testid=\"sort-header-points/failed\"]')")
+    assert "rl-design-space study=mine,yours" in page.text()
+
+
+def test_a_server_is_asked_which_pages_it_has(
+    served: dict[str, str], outputs: Path, capsys: pytest.CaptureFixture[str]
+):
+    address = served["study mine"].partition("/#")[0]
+    show([f"tracking.uri={address}"], port=5000)
+    named = dict(re.split(r"\s{2,}", line) for line in capsys.readouterr().out.splitlines())
+    assert named == dict(list(served.items())[1:])
+
+
+def test_a_port_that_is_taken_is_an_error(served: dict[str, str], outputs: Path):
+    port = served["study mine"].partition("/#")[0].rpartition(":")[2]
+    with pytest.raises(ConfigError, match=rf"--port {port}: cannot be used \(Address already in use\); give another"):
+        main([f"outputs={outputs}", "--port", port])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["outputs={}/nowhere"], "no run has been recorded there yet"),
+        (["tracking=none"], "only what MLflow has recorded can be shown"),
+        (["outptus=out"], "did you mean outputs"),
+        (["outputs={}", "tracking.experiment=elsewhere"], "there is no such experiment"),
+        (["outputs={}", "--port", "70000"], "no port has this number"),
+    ],
+)
+def test_what_cannot_be_shown_is_an_error(words: list[str], message: str, outputs: Path):
+    with pytest.raises(ConfigError, match=message):
+        main([word.format(outputs) for word in words])
+    assert not (outputs / "nowhere").exists()
+
+
+def test_a_server_that_does_not_start_says_why(tmp_path: Path):
+    server = serving("nonsense://store", free_port(), tmp_path / "artifacts")
+    with pytest.raises(ConfigError, match=r"did not start; it said:\n(.*\n)*.*nonsense"):
+        server.__enter__()
