@@ -6,7 +6,6 @@ import re
 import signal
 import socket
 import subprocess
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,42 +16,35 @@ from rl_design_space.commands.ui import main, show
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.plan import Plan
 from rl_design_space.tracking.server import serving
-from rl_design_space.tracking.view_state import VIEW_TAG
-from rl_design_space.tracking.views import plan_views, points_view, sweeps_view
+from rl_design_space.tracking.tracker import SweepEnding
 from tests.browser import needs_browser
 from tests.commands import started
 from tests.devtools import Tab, tab
-from tests.tracking.stores import import_mlflow, learned, options
+from tests.tracking.conftest import empty_database as empty_database
+from tests.tracking.stores import copy_database, import_mlflow, learned, tracker_at
 
 #: Points of two studies, and what a page of the first may not show.
 STUDIES = {"mine": ("representation=ad_hoc", "representation=direction"), "yours": ("exploration=linear",)}
 
 
 @pytest.fixture(scope="module")
-def outputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A store with a few points, a sweep and the views of its studies."""
+def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store with a few points of two studies and the sweep that has run them."""
     import_mlflow()
-    from mlflow import MlflowClient
-
     folder = tmp_path_factory.mktemp("ui") / "out"
-    tracker = options(folder / "mlflow.db").open()
-    points = []
-    for study, overrides in STUDIES.items():
-        for override in overrides:
-            planned, curves = learned(override)
-            points.append(replace(planned, studies=(study,)))
-            tracker.record(points[-1], curves)
-    plan = Plan(points, studies=tuple(STUDIES))
+    folder.mkdir()
+    copy_database(empty_database, folder / "mlflow.db")
+    tracker = tracker_at(folder / "mlflow.db")
+    results = [
+        (replace(planned, studies=(study,)), curves)
+        for study, overrides in STUDIES.items()
+        for planned, curves in map(learned, overrides)
+    ]
+    plan = Plan([planned for planned, _ in results], studies=tuple(STUDIES))
     sweep = tracker.open_sweep(plan, "rl-design-space study=mine,yours")
-    sweep.close("FINISHED", {"done": len(points), "failed": 0}, {})
-
-    client = MlflowClient(f"sqlite:///{folder / 'mlflow.db'}")
-    of_points, of_sweeps = (client.get_experiment_by_name(name).experiment_id for name in ("design points", "sweeps"))
-    now = int(time.time() * 1000)
-    for key, text in [*plan_views(plan, now).items(), points_view(now)]:
-        client.set_experiment_tag(of_points, f"{VIEW_TAG}{key}", text)
-    key, text = sweeps_view(now)
-    client.set_experiment_tag(of_sweeps, f"{VIEW_TAG}{key}", text)
+    for planned, curves in results:
+        tracker.record(planned, curves)
+    sweep.close(SweepEnding("FINISHED", "3 learned now", {"done": len(plan), "failed": 0}, {}, {}))
     return folder
 
 
@@ -174,7 +166,7 @@ def test_the_views_are_in_the_menu_of_the_ui(served: dict[str, str], page: Tab):
 def test_the_table_of_sweeps_shows_what_became_of_them(served: dict[str, str], page: Tab):
     page.open(served["all sweeps"])
     page.wait("document.querySelector('[data-testid=\"sort-header-points/failed\"]')")
-    assert "rl-design-space study=mine,yours" in page.text()
+    assert "**mine,yours**: 3 points (2 representation" in page.text()
 
 
 def test_a_server_is_asked_which_pages_it_has(
@@ -196,8 +188,8 @@ def test_a_port_that_is_taken_is_an_error(served: dict[str, str], outputs: Path)
     ("words", "message"),
     [
         (["outputs={}/nowhere"], "no run has been recorded there yet"),
-        (["tracking=none"], "only what MLflow has recorded can be shown"),
-        (["outptus=out"], "did you mean outputs"),
+        (["tracking=none"], "nothing is recorded, so there is no store"),
+        (["world.size=4"], "not a setting"),
         (["outputs={}", "tracking.experiment=elsewhere"], "there is no such experiment"),
         (["outputs={}", "--port", "70000"], "no port has this number"),
     ],

@@ -7,12 +7,6 @@ import signal
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-from rl_design_space.errors import ConfigError
-
-if TYPE_CHECKING:
-    from rl_design_space.sweep.build import Settings
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -45,35 +39,24 @@ def show(overrides: Sequence[str], port: int) -> None:
         ConfigError: as `main`.
         KeyboardInterrupt: after the server has ended.
     """
+    from rl_design_space.sweep.settings import settings_of, store_of
     from rl_design_space.terminal import console
-    from rl_design_space.tracking import MlflowTracking
     from rl_design_space.tracking.pages import pages
     from rl_design_space.tracking.server import serving
 
-    settings = _settings(overrides)
-    tracking = settings.tracking
-    if not isinstance(tracking, MlflowTracking):
-        raise ConfigError("tracking: only what MLflow has recorded can be shown; choose tracking=sqlite")
+    tracking = store_of(overrides)
     found = pages(tracking)
-    if tracking.uri.startswith(("http://", "https://")):
+    if tracking.address.is_server:
         _print(found.links(tracking.uri))
         return
     with (
         console.status("MLflow's server is starting"),
-        serving(tracking.uri, port, Path(settings.outputs) / "artifacts") as address,
+        serving(tracking.address.uri, port, Path(settings_of(overrides).outputs) / "artifacts") as address,
     ):
         console.print(f"MLflow's UI at {address}; Ctrl-C ends it", soft_wrap=True)
         _print(found.links(address))
         while True:
             signal.pause()
-
-
-def _settings(overrides: Sequence[str]) -> Settings:
-    from rl_design_space.sweep.build import build_settings
-    from rl_design_space.sweep.compose import Composer, shipped_config
-
-    with shipped_config():
-        return build_settings(Composer().config(overrides))
 
 
 def _print(links: Mapping[str, str]) -> None:

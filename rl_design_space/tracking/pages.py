@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.store import connect, sqlite_path
+from rl_design_space.tracking.store import StoreUnavailableError, connect, sqlite_path
 from rl_design_space.tracking.view_state import VIEW_TAG
 from rl_design_space.tracking.views import POINTS_KEY, STUDY_KEY, SWEEPS_KEY, link
 
@@ -53,13 +53,16 @@ def pages(tracking: MlflowTracking) -> Pages:
     database = sqlite_path(tracking.uri)
     if database and not database.exists():
         raise ConfigError.at("tracking.uri", tracking.uri, "no run has been recorded there yet")
-    client = connect(tracking.uri)
-    points = client.get_experiment_by_name(tracking.experiment)
+    try:
+        client = connect(tracking.uri)
+        points = client.get_experiment_by_name(tracking.experiment)
+        sweeps = client.get_experiment_by_name(tracking.sweeps)
+    except StoreUnavailableError as error:
+        raise ConfigError.at("tracking.uri", tracking.uri, f"cannot be reached at the moment: {error}") from error
     if points is None:
         raise ConfigError.at(
             "tracking.experiment", tracking.experiment, f"there is no such experiment in {tracking.uri}"
         )
-    sweeps = client.get_experiment_by_name(tracking.sweeps)
     views = _views(points) | (_views(sweeps) if sweeps else frozenset())
     return Pages(points.experiment_id, sweeps.experiment_id if sweeps else None, views)
 

@@ -64,22 +64,33 @@ def study_view(study: str, axes: Axes, created: int) -> tuple[str, str]:
     return f"{STUDY_KEY}{study}", ui.saved(study, state, created)
 
 
-def plan_views(plan: Plan, created: int) -> dict[str, str]:
-    """The views of all studies that a plan comes from.
+def points_tags(plan: Plan, created: int) -> dict[str, str]:
+    """The tags that a plan adds to the experiment of design points: a view of each of its studies, and of all points.
 
     Args:
-        plan: the whole, not a shard of it.
+        plan: or a shard of it.
         created: milliseconds since 1970.
-
-    Returns:
-        The JSON texts by the keys of the views.
     """
-    views = {}
+    views = [points_view(created)]
+    # All shards are alike: their points were dealt out in turn.
+    shards = round(plan.whole / len(plan)) if len(plan) else 1
     for study in plan.studies:
         its_own = replace(plan, points=[planned for planned in plan if study in planned.studies])
-        key, text = study_view(study, its_own.axes, created)
-        views[key] = text
-    return views
+        axes = {
+            name: {value: count * shards for value, count in counts.items()} for name, counts in its_own.axes.items()
+        }
+        views.append(study_view(study, axes, created))
+    return {f"{ui.VIEW_TAG}{key}": text for key, text in views}
+
+
+def sweeps_tags(created: int) -> dict[str, str]:
+    """The tag of the experiment of sweeps: the view of all of them.
+
+    Args:
+        created: milliseconds since 1970.
+    """
+    key, text = sweeps_view(created)
+    return {f"{ui.VIEW_TAG}{key}": text}
 
 
 def points_view(created: int) -> tuple[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -13,9 +14,11 @@ from hypothesis import strategies as st
 
 from rl_design_space.learning.names import CURVES, SCALARS
 from rl_design_space.sweep.compose import compose, shipped_config
-from rl_design_space.sweep.plan import Plan
+from rl_design_space.sweep.plan import Plan, PlannedPoint
 from rl_design_space.sweep.study import load_study
-from rl_design_space.tracking.views import link, plan_views, points_view, study_view, sweeps_view
+from rl_design_space.tracking.view_state import VIEW_TAG
+from rl_design_space.tracking.views import link, points_tags, points_view, study_view, sweeps_tags, sweeps_view
+from tests.tracking.stores import learned, tracker_at
 
 CREATED = 1_700_000_000_000
 TEN = {"representation": {"ad_hoc": 5, "direction": 5}, "exploration.k": dict.fromkeys(map(str, range(5)), 2)}
@@ -34,6 +37,11 @@ def state_of(view: tuple[str, str]) -> dict[str, Any]:
     assert outer["createdAt"] == outer["updatedAt"] == CREATED
     state: dict[str, Any] = json.loads(outer["state"])
     return state
+
+
+def views_of(plan: Plan) -> dict[str, dict[str, Any]]:
+    tags = points_tags(plan, CREATED)
+    return {tag.removeprefix(VIEW_TAG): state_of((tag, text)) for tag, text in tags.items()}
 
 
 def study_state(axes: dict[str, dict[str, int]]) -> dict[str, Any]:
@@ -154,9 +162,9 @@ def test_each_study_of_a_plan_has_the_axes_of_its_own_points():
         replace(compose(["representation=direction"]), studies=("a",)),
         replace(compose(["world.size=20"]), studies=("b",)),
     ]
-    views = plan_views(Plan(points, studies=("a", "b")), CREATED)
-    columns = {key: state_of((key, text))["selectedColumns"] for key, text in views.items()}
-    assert set(columns) == {"study.a", "study.b"}
+    views = views_of(Plan(points, studies=("a", "b")))
+    columns = {key: state["selectedColumns"] for key, state in views.items()}
+    assert set(columns) == {"points", "study.a", "study.b"}
     assert "params.`representation`" in columns["study.a"]
     assert "params.`world.size`" not in columns["study.a"]
     assert "params.`world.size`" in columns["study.b"]
@@ -168,9 +176,49 @@ def test_the_view_of_the_largest_study_is_a_tag_that_mlflow_takes():
 
     with shipped_config():
         plan = load_study("paper", []).plan
-    views = plan_views(plan, CREATED)
-    assert set(views) == {f"study.{study}" for study in plan.studies}
+    assert len(plan) > 400
+    views = points_tags(plan, CREATED)
+    assert set(views) == {f"{VIEW_TAG}{key}" for key in ("points", *(f"study.{study}" for study in plan.studies))}
     assert max(map(len, views.values())) < MAX_EXPERIMENT_TAG_VAL_LENGTH
+
+
+def test_a_study_of_everything_has_a_view_that_mlflow_takes():
+    from mlflow.utils.validation import MAX_EXPERIMENT_TAG_VAL_LENGTH
+
+    names = [name for option in ("linear", "sigmoidal") for name in compose([f"exploration={option}"]).parameters]
+    assert len(names) > 50
+    _, text = study_view("all", {name: dict.fromkeys(map(str, range(10_000)), 1) for name in names}, CREATED)
+    assert len(text) < MAX_EXPERIMENT_TAG_VAL_LENGTH
+
+
+def test_a_shard_has_the_view_of_the_whole():
+    one = compose([])
+    points = [
+        PlannedPoint.of(replace(one.point, seed=seed), one.options, (f"seed={seed}",), ("a",)) for seed in range(120)
+    ]
+    whole = Plan(points, studies=("a",))
+    # Too many for a line each, unlike those of the shard.
+    assert views_of(whole)["study.a"]["runsHiddenMode"] == "FIRST_20_RUNS"
+    assert views_of(Plan(whole[:15], studies=("a",)))["study.a"]["runsHiddenMode"] == "SHOW_ALL"
+    assert views_of(whole.shard(2, of=8)) == views_of(whole)
+
+
+def test_a_sweep_leaves_its_views_at_the_experiments(database: Path):
+    from mlflow import MlflowClient
+
+    planned, _ = learned()
+    plan = Plan([replace(planned, studies=("mine",))], studies=("mine",))
+    tracker_at(database).open_sweep(plan, "rl-design-space study=mine")
+    client = MlflowClient(f"sqlite:///{database}")
+
+    def views(name: str) -> dict[str, str]:
+        tags = client.get_experiment_by_name(name).tags
+        return {tag: value for tag, value in tags.items() if tag.startswith(VIEW_TAG)}
+
+    points = views("design points")
+    assert points == points_tags(plan, json.loads(points[f"{VIEW_TAG}points"])["createdAt"])
+    assert set(points) == {f"{VIEW_TAG}points", f"{VIEW_TAG}study.mine"}
+    assert set(views("sweeps")) == set(sweeps_tags(CREATED)) == {f"{VIEW_TAG}sweeps"}
 
 
 @pytest.mark.parametrize(
