@@ -17,6 +17,8 @@ from tests.browser import CHROMIUM
 
 _FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--hide-scrollbars"),
+    # A mouse, as most have: without one, every chart shows its tools all the time.
+    "--blink-settings=primaryHoverType=2,availableHoverTypes=2,primaryPointerType=4,availablePointerTypes=4",
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage"),
 )
 #: Seconds to wait for what a page is to show, and between two looks at it.

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import re
-import signal
-import socket
-import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,10 +15,10 @@ from rl_design_space.sweep.plan import Plan
 from rl_design_space.tracking.server import serving
 from rl_design_space.tracking.tracker import SweepEnding
 from tests.browser import needs_browser
-from tests.commands import started
 from tests.devtools import Tab, tab
 from tests.tracking.conftest import empty_database as empty_database
 from tests.tracking.stores import copy_database, import_mlflow, learned, tracker_at
+from tests.ui_command import free_port, ui_of
 
 #: Points of two studies, and what a page of the first may not show.
 STUDIES = {"mine": ("representation=ad_hoc", "representation=direction"), "yours": ("exploration=linear",)}
@@ -52,15 +49,8 @@ def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> P
 def served(outputs: Path) -> Iterator[dict[str, str]]:
     """The addresses that the command names, while it runs."""
     (outputs.parent / "temporary").mkdir()
-    port = free_port()
-    command = started(outputs.parent, "ui", "outputs=out", "--port", str(port))
-    try:
-        yield links_in(command, count=5)
-    finally:
-        command.send_signal(signal.SIGTERM)
-        _, errors = command.communicate(timeout=30)
-    assert (command.returncode, errors) == (0, "")
-    assert servers_at(port) == []
+    with ui_of(outputs.parent, "out") as links:
+        yield links
     assert sorted(path.name for path in outputs.parent.iterdir()) == ["out", "temporary"]
 
 
@@ -71,30 +61,6 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
         opened.size(2400, 1600)
         opened.before_each_page("localStorage.setItem('mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true')")
         yield opened
-
-
-def free_port() -> int:
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return int(listener.getsockname()[1])
-
-
-def links_in(command: subprocess.Popen[str], count: int) -> dict[str, str]:
-    """What the command prints, by what it is a link to."""
-    assert command.stdout is not None
-    links: dict[str, str] = {}
-    while len(links) < count:
-        line = command.stdout.readline()
-        assert line, command.communicate()
-        what, *address = re.split(r"\s{2,}|: |; ", line.strip())
-        links[what] = address[0]
-    return links
-
-
-def servers_at(port: int) -> list[str]:
-    """Processes that are about a port."""
-    listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True).stdout
-    return [line for line in listed.splitlines() if re.search(rf"--port[ =]{port}\b", line)]
 
 
 def test_the_command_names_every_page_there_is(served: dict[str, str]):

@@ -16,12 +16,14 @@ State = dict[str, Any]
 
 #: What an experiment's tag begins with whose value is a saved view; the rest is its key.
 VIEW_TAG = "mlflow.sharedViewState."
+#: The tag and its value that have an experiment shown among the trained models, not among the language models.
+KIND = {"mlflow.experimentKind": "custom_model_development"}
 #: Columns by the names that the UI has for them: the time of a run's start, which one sorts by, and its description.
 STARTED, DESCRIPTION = "attributes.start_time", "attributes.`Description`"
 
 _NAME, _CREATED, _DURATION = "attributes.`Run Name`", "runDateAndNestInfo", "duration"
 #: Pixels of these columns, and of others: at least, for each letter of the heading, and beside it.
-_WIDTHS = {_NAME: 190, _CREATED: 130, DESCRIPTION: 500}
+_WIDTHS = {_NAME: 190, _CREATED: 150, DESCRIPTION: 500}
 _NARROWEST, _LETTER, _MARGIN = 80, 7, 20
 
 

@@ -65,7 +65,7 @@ def study_view(study: str, axes: Axes, created: int) -> tuple[str, str]:
 
 
 def points_tags(plan: Plan, created: int) -> dict[str, str]:
-    """The tags that a plan adds to the experiment of design points: a view of each of its studies, and of all points.
+    """The tags that a plan gives the experiment of design points: a view of each of its studies, and of all points.
 
     Args:
         plan: or a shard of it.
@@ -80,17 +80,17 @@ def points_tags(plan: Plan, created: int) -> dict[str, str]:
             name: {value: count * shards for value, count in counts.items()} for name, counts in its_own.axes.items()
         }
         views.append(study_view(study, axes, created))
-    return {f"{ui.VIEW_TAG}{key}": text for key, text in views}
+    return {**ui.KIND, **{f"{ui.VIEW_TAG}{key}": text for key, text in views}}
 
 
 def sweeps_tags(created: int) -> dict[str, str]:
-    """The tag of the experiment of sweeps: the view of all of them.
+    """The tags of the experiment of sweeps: the view of all of them.
 
     Args:
         created: milliseconds since 1970.
     """
     key, text = sweeps_view(created)
-    return {f"{ui.VIEW_TAG}{key}": text}
+    return {**ui.KIND, f"{ui.VIEW_TAG}{key}": text}
 
 
 def points_view(created: int) -> tuple[str, str]:
