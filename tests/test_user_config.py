@@ -13,6 +13,7 @@ from rl_design_space import DesignPoint, user_config
 from rl_design_space._paths import CONF
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.compose import Composer, shipped_config
+from rl_design_space.sweep.explain import explain
 
 OPTION = "# Mine.\n_target_: own_way.Way\nwidth: 2\n"
 MODULE = """
@@ -130,23 +131,59 @@ def test_the_shipped_folder_shadows_nothing():
 # Mistakes.
 
 MISTAKES = {
-    "not YAML": ("_target_: own_way.Way\nwidth: [2\nparts: 3\n", [], r"conf/representation/way\.yaml:3:6: expected ',' or"),
+    "not YAML": (
+        "_target_: own_way.Way\nwidth: [2\nparts: 3\n",
+        [],
+        r"conf/representation/way\.yaml:3:6: expected ',' or",
+    ),
     "a tab": ("_target_: own_way.Way\n\twidth: 2\n", [], r"way\.yaml:2:1: found character '\\t' that cannot start"),
     "a key twice": (OPTION + "width: 3\n", [], r"way\.yaml:4:1: found duplicate key width"),
     "not even a mapping": ("- 1\n- 2\n", [], "representation"),
     "empty": ("", [], r"representation\._target_=\?\?\?: should name the class"),
-    "a misspelt key": (OPTION + "widht: 3\n", [], r"representation\.widht: no such key; did you mean representation\.width"),
-    "a missing key": ("_target_: own_way.Way\n", [], r"representation\.width=\?\?\?: needs a value; Way has no default"),
-    "an interpolation": ("_target_: own_way.Way\nwidth: ${task.gaols}\n", [], r"representation\.width: .*'task\.gaols' not"),
-    "a misspelt class": (OPTION.replace("Way", "Wya"), [], r"_target_=own_way\.Wya: .*own_way\.py has no 'Wya'.* mean Way\?"),
+    "a misspelt key": (
+        OPTION + "widht: 3\n",
+        [],
+        r"representation\.widht: no such key; did you mean representation\.width",
+    ),
+    "a missing key": (
+        "_target_: own_way.Way\n",
+        [],
+        r"representation\.width=\?\?\?: needs a value; Way has no default",
+    ),
+    "an interpolation": (
+        "_target_: own_way.Way\nwidth: ${task.gaols}\n",
+        [],
+        r"representation\.width: .*'task\.gaols' not",
+    ),
+    "a misspelt class": (
+        OPTION.replace("Way", "Wya"),
+        [],
+        r"_target_=own_way\.Wya: .*own_way\.py has no 'Wya'.* mean Way\?",
+    ),
     "a misspelt module": (
         OPTION.replace("own_way", "own_wya"),
         [],
-        r"_target_=own_wya\.Way: cannot be imported: No module named 'own_wya'; looked in .* and the installed packages",
+        r"_target_=own_wya\.Way: cannot be imported: No module named .own_wya.; looked in .* the installed packages",
     ),
-    "a misspelt option": (OPTION, ["representation=wayy"], r"representation=wayy: no such option; did you mean .*=way\?"),
-    "a function": (OPTION.replace("Way", "cell_count"), [], r"_target_=own_way\.cell_count: should be a frozen dataclass"),
-}  # fmt: skip
+    "a misspelt option": (
+        OPTION,
+        ["representation=wayy"],
+        r"representation=wayy: no such option; did you mean .*=way\?",
+    ),
+    "a function": (
+        OPTION.replace("Way", "cell_count"),
+        [],
+        r"_target_=own_way\.cell_count: should be a frozen dataclass",
+    ),
+}
+
+
+def chosen_or_explained(folder: Path, *overrides: str) -> None:
+    """Errors as the command shows them."""
+    try:
+        chosen(folder, *overrides)
+    except Exception as error:
+        raise explain(error) or error from error
 
 
 @pytest.mark.parametrize("name", MISTAKES)
@@ -154,14 +191,7 @@ def test_a_mistake_in_an_option_is_told(name: str, folder: Path):
     content, overrides, message = MISTAKES[name]
     write(folder / "representation" / "way.yaml", content)
     with pytest.raises(ConfigError, match=message) as caught:
-        try:
-            chosen(folder, *overrides)
-        except ConfigError:
-            raise
-        except Exception as error:
-            from rl_design_space.sweep.explain import explain
-
-            raise explain(error) or error from error
+        chosen_or_explained(folder, *overrides)
     assert "Traceback" not in str(caught.value)
 
 
