@@ -1,0 +1,39 @@
+"""Every command that a page of the documentation tells people to type works as it stands, in the order of the page."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.documented import DOCS, Typed, parts_of, run
+
+#: Pages with tests of their own, because they give files as well.
+_ELSEWHERE = {"configs.md", "components.md", "python.md", "clusters.md", "server.md"}
+PAGES = [DOCS.parent / "README.md", *(page for page in sorted(DOCS.glob("*.md")) if page.name not in _ELSEWHERE)]
+
+
+def typed(page: Path) -> list[Typed]:
+    """The commands of a page that end by themselves."""
+    return [part for part in parts_of(page) if isinstance(part, Typed) and part.words[1:2] != ("ui",)]
+
+
+def test_the_pages_have_commands():
+    assert sum(map(len, map(typed, PAGES))) > 15
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if typed(page)], ids=lambda page: page.stem)
+def test_the_commands_of_a_page_work(page: Path, tmp_path: Path):
+    (tmp_path / "temporary").mkdir()
+    for command in typed(page):
+        done = run(command.words, tmp_path)
+        assert (done.returncode, done.stderr) == (0, ""), command.words
+        assert done.stdout
+
+
+@pytest.mark.parametrize("page", [*DOCS.rglob("*.md"), DOCS.parent / "README.md", DOCS.parent / "CONTRIBUTING.md"])
+def test_links_lead_to_files(page: Path):
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text(encoding="utf-8")):
+        if not target.startswith("http"):
+            assert (page.parent / target).exists(), target
