@@ -1,4 +1,4 @@
-"""Lists the choices and their options, or those of one choice; of studies also how many points they have."""
+"""List the choices and their options, or those of one choice; of studies also how many points they have."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rl-design-space new KIND NAME`: starter files of an own component or study, with a test that passes."""
+"""Starter files of an own component or study, with a test that passes."""
 
 from __future__ import annotations
 

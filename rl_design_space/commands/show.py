@@ -1,4 +1,4 @@
-"""Shows an option with its parameters, a study with its points, or a key: what it takes, and its default."""
+"""Show an option with its parameters, a study with its points, or a key: what it takes, and its default."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rl-design-space ui`: MLflow's UI on what has been recorded."""
+"""MLflow's UI on what has been recorded, with a view of each study."""
 
 from __future__ import annotations
 

@@ -21,6 +21,8 @@ from rl_design_space.tracking.spool import Spool
 #: Seconds between two looks, the second if there is much to look at; that a tracker process gets to end what it is at;
 #: and that leaving may take when there is nothing wrong.
 _GLANCE, _LONG_GLANCE, _ENDING, _LEAVING = 0.05, 0.5, 10.0, 3.0
+#: Seconds without any delivery after which something must be wrong: to create a database takes 20 on a slow machine.
+_QUIET = 120.0
 #: How many waiting records are much.
 _MANY = 100
 #: While others learn, learning comes first: how much lower the priority of the tracker process is. Whoever waits for so
@@ -113,7 +115,7 @@ class Courier:
         """Wait until every record is delivered, or nothing has been for too long.
 
         Args:
-            patience: seconds without any delivery after which to give up.
+            patience: seconds without any delivery after which to give up, if something is wrong.
             told: is called now and then with the number of records left and what is wrong, if anything.
 
         Raises:
@@ -123,7 +125,7 @@ class Courier:
             self.wake()
         with self._changed:
             self._hurry = True
-            while self._waiting and not self._unusable and monotonic() - self._moved < patience:
+            while self._waiting and not self._unusable and monotonic() - self._moved < self._limit(patience):
                 told(len(self._waiting), self._trouble)
                 self._changed.wait(_GLANCE)
             aside, self._aside = self._aside, {}
@@ -131,8 +133,12 @@ class Courier:
             left = Left(len(self._waiting), self._trouble, aside)
         self._raise_unusable()
         if left.awaiting and not left.why:
-            left.why = f"nothing was delivered for {patience:.0f} s"
+            left.why = f"nothing was delivered for {self._limit(patience):.0f} s"
         return left
+
+    def _limit(self, patience: float) -> float:
+        """Seconds without any delivery after which to give up: more while nothing is known to be wrong."""
+        return patience if self._trouble else max(patience, _QUIET)
 
     def leave(self) -> None:
         """End the tracker process, which may end what it is at; give it a moment for the rest if nothing is wrong."""
