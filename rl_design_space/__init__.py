@@ -2,7 +2,7 @@
 
 import rl_design_space as rds
 
-point = rds.DesignPoint.from_overrides(["representation=direction", "exploration=linear"])
+point = rds.DesignPoint(representation=rds.Direction(), exploration=rds.Linear(k=0.02), world=rds.Torus(size=20))
 curves = rds.simulate(point)
 curves.steps  # (periods, trials) primitive moves
 """
@@ -13,21 +13,58 @@ from typing import TYPE_CHECKING, Any
 from rl_design_space.errors import ConfigError
 
 if TYPE_CHECKING:
-    from rl_design_space.design import DesignPoint
+    from rl_design_space.design import (
+        AdHoc,
+        Constant,
+        DesignPoint,
+        Direct,
+        Direction,
+        Distance,
+        Exponential,
+        GoalReward,
+        Linear,
+        MultiStepActions,
+        QLearning,
+        Sigmoidal,
+        Task,
+        Torus,
+        Walled,
+    )
     from rl_design_space.learning import LearningCurves, simulate
 
-__all__ = ["ConfigError", "DesignPoint", "LearningCurves", "__version__", "simulate"]
+__all__ = [
+    "AdHoc",
+    "ConfigError",
+    "Constant",
+    "DesignPoint",
+    "Direct",
+    "Direction",
+    "Distance",
+    "Exponential",
+    "GoalReward",
+    "LearningCurves",
+    "Linear",
+    "MultiStepActions",
+    "QLearning",
+    "Sigmoidal",
+    "Task",
+    "Torus",
+    "Walled",
+    "__version__",
+    "simulate",
+]
 __version__ = "0.1.0"
 
-_HOME = {
-    "DesignPoint": "rl_design_space.design",
-    "LearningCurves": "rl_design_space.learning",
-    "simulate": "rl_design_space.learning",
-}
+_LEARNING = ("LearningCurves", "simulate")
 
 
 def __getattr__(name: str) -> Any:
     """Import the public names when they are first used, so that importing a small part stays fast."""
-    if name in _HOME:
-        return getattr(import_module(_HOME[name]), name)
+    if name in __all__:
+        return getattr(import_module(f"rl_design_space.{'learning' if name in _LEARNING else 'design'}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """All public names, imported or not: they are what tab completion offers."""
+    return sorted({*globals(), *__all__})

@@ -99,7 +99,7 @@ def _play_trial(point, layout, codes, actions, q, epsilon, generator):
     reached = moves = 0
     while reached < len(goals) and moves < cap:
         values = q[codes[reached][cell]]
-        action = _choose(values, epsilon, generator.next_word(), point.learner)
+        action = choose(values, epsilon, generator.next_word(), point.learner)
         move, length = actions[action]
         states, rewards = [codes[reached][cell]], []
         while len(rewards) < length:
@@ -114,11 +114,13 @@ def _play_trial(point, layout, codes, actions, q, epsilon, generator):
             states.append(codes[reached][cell])
             if moves == cap or (due and point.msa.sub_goal == "stop"):
                 break
-        _learn_from(point, q, actions, action, states, rewards)
+        gain = gain_of(point, length, rewards)
+        update(point, q, states[0], action, gain, len(rewards), states[-1])
+        propagate(point, q, actions[action], states, rewards)
     return moves, reached == len(goals)
 
 
-def _choose(values, epsilon, word, learner):
+def choose(values, epsilon, word, learner):
     """ε-greedy with a single word: its upper half decides whether to explore, its lower half what to do."""
     upper, lower = divmod(word, HALF)
     explores = upper < round(epsilon * HALF)
@@ -144,17 +146,19 @@ def _reward(point, cell, goals, reached):
     return step
 
 
-def _learn_from(point, q, actions, action, states, rewards):
-    """Update the executed action, then the shorter ones that it contains, in the order of time."""
+def gain_of(point, length, rewards):
+    """What an executed action of this length is worth."""
+    if length > 1 and point.msa.reward == "printed":
+        rewards = [rewards[0]] * (len(rewards) + 1)
+    return _return(rewards, point.learner.gamma)
+
+
+def propagate(point, q, action, states, rewards):
+    """Update the shorter actions that the executed one contains, in the order of time."""
     msa = point.msa
-    move, length = actions[action]
+    move, length = action
     gamma = point.learner.gamma
     executed = len(rewards)
-    gain = _return(rewards, gamma)
-    if length > 1 and msa.reward == "printed":
-        gain = _return([rewards[0]] * (executed + 1), gamma)
-    _update(point, q, states[0], action, gain, executed, states[-1])
-
     lengths = (1, *msa.lengths)
     learning = {"none": (), "primitives": (1,), "all_shorter": lengths}[msa.propagation]
     for shorter in learning:
@@ -162,10 +166,10 @@ def _learn_from(point, q, actions, action, states, rewards):
             contained = move + 4 * lengths.index(shorter)
             for first in range(executed - shorter + 1):
                 last = first + shorter
-                _update(point, q, states[first], contained, _return(rewards[first:last], gamma), shorter, states[last])
+                update(point, q, states[first], contained, _return(rewards[first:last], gamma), shorter, states[last])
 
 
-def _update(point, q, state, action, gain, executed, following):
+def update(point, q, state, action, gain, executed, following):
     learner = point.learner
     best_next = 0.0 if following is None else max(q[following])
     discount = 1.0

@@ -110,9 +110,9 @@ def test_several_values_make_several_runs_and_without_tracking_no_database(comma
 
 
 def test_a_study_learns_its_points(small_table: Completed, folder: Path):
-    first, *_, last_progress, outcome = small_table.stdout.splitlines()
+    first, *progress, outcome = small_table.stdout.splitlines()
     assert first.startswith("table4: 4 of 4 points to run, ")
-    assert last_progress.startswith("[4/4] ")
+    assert any(line.startswith("[4/4] ") for line in progress)
     assert outcome.startswith("table4: 4 points, 4 learned now, 0 before, 0 failed; in sqlite:///out/mlflow.db")
     assert small_table.stderr == ""
     assert len([name for name, status in runs(folder) if "task.goals=1" in name and status == "FINISHED"]) == 4

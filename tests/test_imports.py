@@ -7,10 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
+
+import rl_design_space
+from rl_design_space._paths import CONF
 
 ROOT = Path(__file__).parents[1]
 
-HEAVY = {"hydra", "omegaconf", "mlflow", "pandas", "seaborn", "matplotlib"}
+HEAVY = {"gymnasium", "hydra", "omegaconf", "mlflow", "pandas", "seaborn", "matplotlib"}
 
 
 def imported_by(statements: str) -> set[str]:
@@ -41,3 +45,25 @@ def test_learning_needs_nothing_but_the_compiler():
     modules = imported_by(statements)
     assert "numba" in modules
     assert not modules & HEAVY
+
+
+def test_the_package_alone_imports_next_to_nothing():
+    assert not imported_by("import rl_design_space") & {*HEAVY, "numpy", "pydantic", "numba"}
+
+
+def test_every_public_name_is_there_and_offered():
+    assert set(rl_design_space.__all__) <= set(dir(rl_design_space))
+    for name in rl_design_space.__all__:
+        assert getattr(rl_design_space, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'Directions'"):
+        rl_design_space.Directions  # noqa: B018
+
+
+def test_every_option_is_public():
+    """What can be chosen by name in YAML can be built in Python."""
+    targets = {yaml.safe_load(file.read_text(encoding="utf-8")).get("_target_") for file in CONF.glob("*/*.yaml")}
+    options = {
+        target.rpartition(".")[2] for target in targets if target and target.startswith("rl_design_space.design.")
+    }
+    assert len(options) > 10
+    assert options <= set(rl_design_space.__all__)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
@@ -24,15 +24,21 @@ _MOST_VALUES = 2**32 - 1
 def _instance(option: Any) -> Any:
     if isinstance(option, type):
         raise ValueError(f"should be built: {option.__name__}(…), not the class itself")
+    if isinstance(option, str):
+        raise ValueError("should be built, as Direction() or Linear(k=0.02) are; names are for from_overrides()")
     return option
 
 
-_Built = AfterValidator(_instance)
+_Built = BeforeValidator(_instance)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class DesignPoint:
     """One setting of the whole experiment; the defaults are the paper's.
+
+        DesignPoint(representation=Direction(), exploration=Linear(k=0.02), task=Task(goals=2))
+
+    `dataclasses.replace` makes a point that differs in some choices.
 
     Points are values: equal points are interchangeable and give the same learning curves, to the bit.
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Trials at the end of a period that stand for the final policy.
 FINAL_TRIALS = 10
@@ -37,11 +40,21 @@ class LearningCurves:
     seconds: float
 
     def __repr__(self) -> str:
+        from rl_design_space.analysis.statistics import mean_estimate
+
         periods, trials = self.steps.shape
-        return (
-            f"LearningCurves({periods} periods × {trials} trials, {self.total_steps.mean():,.1f} steps a period, "
-            f"{1 - self.success.mean():.2%} of trials failed)"
+        total = mean_estimate(self.total_steps)
+        interval = f", 95 % interval {total.low:,.0f} to {total.high:,.0f}" if np.isfinite(total.low) else ""
+        solved = int(self.success.all(axis=1).sum())
+        last = min(FINAL_TRIALS, trials)
+        lines = (
+            f"LearningCurves of {periods} periods × {trials} trials",
+            f"  total steps   {total.value:,.0f} a period{interval}",
+            f"  success       {self.success.mean():.2%} of trials; every trial in {solved} of {periods} periods",
+            f"  final policy  {self.over_optimum[-FINAL_TRIALS:].mean():.2f} × the optimum, last {last} trials",
+            f"  seconds       {self.seconds:.3f}",
         )
+        return "\n".join(lines)
 
     @cached_property
     def total_steps(self) -> FloatArray:
@@ -68,6 +81,33 @@ class LearningCurves:
             "success_rate": self.success.mean(axis=0),
             "epsilon": self.epsilon,
         }
+
+    def to_frame(self, *, periods: bool = False) -> pd.DataFrame:
+        """A tidy frame.
+
+        Args:
+            periods: one row a period and trial, instead of one row a trial.
+
+        Returns:
+            trial and every learning curve by its name; or period, trial, steps, success, the period's optimum, and
+            epsilon, the periods one after the other.
+        """
+        import pandas as pd
+
+        n_periods, n_trials = self.steps.shape
+        trial = np.arange(n_trials)
+        if not periods:
+            return pd.DataFrame({"trial": trial, **self.curves})
+        return pd.DataFrame(
+            {
+                "period": np.repeat(np.arange(n_periods), n_trials),
+                "trial": np.tile(trial, n_periods),
+                "steps": self.steps.ravel(),
+                "success": self.success.ravel(),
+                "optimum": np.repeat(self.optimum, n_trials),
+                "epsilon": np.tile(self.epsilon, n_periods),
+            }
+        )
 
     def scalars(self, shape: tuple[int, int]) -> dict[str, float]:
         """The numbers that sum a point up; those that do not exist (a sem of one period) are left out.

@@ -125,6 +125,18 @@ def test_goals_that_do_not_fit_the_world_are_refused(values: dict[str, object], 
         DesignPoint(**values)
 
 
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (Direction, r"should be built: Direction\(…\), not the class"),
+        ("direction", r"should be built, .* names are for from_overrides\(\)"),
+    ],
+)
+def test_what_is_not_built_is_refused_with_what_to_do(option: object, message: str):
+    with pytest.raises(ValidationError, match=message):
+        DesignPoint(representation=option)
+
+
 def test_a_world_may_be_full_of_goals():
     assert DesignPoint(task=Task(goals=3), world=Torus(size=2)).task.goals == 3
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -105,6 +107,53 @@ def test_sums_of_long_periods_do_not_overflow():
     assert curves.total_steps.tolist() == [1000 * (2.0**31 - 1)] * 2
 
 
-def test_a_summary_is_readable():
-    summary = "LearningCurves(2 periods × 3 trials, 97.5 steps a period, 16.67% of trials failed)"
-    assert repr(TWO_PERIODS) == summary
+def test_a_summary_fits_the_screen():
+    assert repr(TWO_PERIODS) == (
+        "LearningCurves of 2 periods × 3 trials\n"
+        "  total steps   98 a period, 95 % interval 70 to 125\n"
+        "  success       83.33% of trials; every trial in 1 of 2 periods\n"
+        "  final policy  5.33 × the optimum, last 3 trials\n"
+        "  seconds       0.500"
+    )
+
+
+def test_the_summary_of_one_period_has_no_interval():
+    assert repr(curves_of([[40, 20, 10]], optimum=[10])).splitlines()[1] == "  total steps   70 a period"
+
+
+def test_a_frame_has_a_row_a_trial_and_a_column_a_curve():
+    frame = TWO_PERIODS.to_frame()
+    assert list(frame) == ["trial", *TWO_PERIODS.curves]
+    assert frame["trial"].tolist() == [0, 1, 2]
+    assert frame["steps/mean"].tolist() == [70, 20, 7.5]
+
+
+def test_a_frame_of_periods_has_a_row_a_period_and_trial():
+    frame = TWO_PERIODS.to_frame(periods=True)
+    rows = frame.itertuples(index=False, name=None)
+    assert list(frame) == ["period", "trial", "steps", "success", "optimum", "epsilon"]
+    assert list(rows) == [
+        (0, 0, 40, True, 10, 0.9),
+        (0, 1, 20, True, 10, 0.5),
+        (0, 2, 10, True, 10, 0.1),
+        (1, 0, CAP, False, 5, 0.9),
+        (1, 1, 20, True, 5, 0.5),
+        (1, 2, 5, True, 5, 0.1),
+    ]
+
+
+def test_a_frame_is_a_copy():
+    frame = TWO_PERIODS.to_frame(periods=True)
+    frame["steps"] = 0
+    frame.loc[:, "optimum"] = 0
+    assert TWO_PERIODS.steps.sum() == 195
+    assert TWO_PERIODS.optimum.tolist() == [10, 5]
+
+
+def test_looking_at_curves_changes_nothing():
+    curves = curves_of([[40, 20, 10], [CAP, 20, 5]], optimum=[10, 5])
+    twin = pickle.loads(pickle.dumps(curves))
+    assert repr(twin) == repr(curves)
+    assert curves != twin  # arrays make no truth value, so curves are equal only to themselves
+    twin.to_frame()
+    np.testing.assert_array_equal(twin.steps, curves.steps)

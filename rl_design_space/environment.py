@@ -1,0 +1,256 @@
+"""The task as a Gymnasium environment, with the very dynamics that the kernel learns on, for other learners.
+
+    import gymnasium
+    import rl_design_space as rds
+    import rl_design_space.environment  # registers it
+
+    env = gymnasium.make("rl_design_space/OrderedGoals-v0", point=rds.DesignPoint(representation=rds.Direction()))
+
+It needs Gymnasium: `pip install 'rl-design-space[gym]'`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from rl_design_space.errors import ConfigError
+
+try:
+    import gymnasium
+except ImportError as missing:
+    raise ConfigError("rl_design_space.environment: needs Gymnasium; pip install 'rl-design-space[gym]'") from missing
+
+from gymnasium.error import InvalidAction, ResetNeeded
+from gymnasium.spaces import Discrete
+
+from rl_design_space.design import MOVES, DesignPoint, SizedRepresentation, cell_count
+from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.streams import layouts
+from rl_design_space.learning.tables import learning_tables, observation_codes
+
+ID = "rl_design_space/OrderedGoals-v0"
+
+_OBSERVATIONS = ("row", "code")
+_LARGEST_CODE = 2**63 - 1
+
+
+class OrderedGoals(gymnasium.Env[Any, Any]):
+    """Goals on a grid, to be reached in their order: an episode is a trial of a period of a design point.
+
+    **Layout.** Start and goals are those of one period, the same that the kernel draws for it. They stay, as in the
+    trials of a period, until `reset(options={"period": p})` chooses another one. With `period=None` every reset that
+    does not choose draws one of the point's `task.periods` layouts; `reset(seed=...)` makes the draws repeatable.
+
+    **Observation.** What the representation lets the agent see, as one number:
+
+    - `row`: 0 … n_goals · cells - 1, the row of the Q-matrix that the kernel uses, so a table of
+      `observation_space.n` rows is enough for every representation. Rows are numbered anew for every layout.
+    - `code`: the representation's observation code, which means the same in every layout, for learners that carry
+      something from one layout to another. There may be very many; `info` has it in any case.
+
+    Observations may look alike (that is what representations differ in), so the environment is in general not Markov.
+    The final goal is terminal and has no observation; what comes with it is not to be bootstrapped from.
+
+    **Action.** a repeats the move a % 4 (right, left, above, below) as often as `msa.action_lengths()[a // 4]` says. A
+    multi-step action ends early at the final goal, at the step cap, and at a sub-goal under `msa.sub_goal: stop`.
+
+    **Reward.** That of the move; of a multi-step action Σ γ^j r_j over its moves, or what `msa.reward: printed` makes
+    of it, with γ = `learner.gamma`. A learner then bootstraps with γ^executed.
+
+    **End.** Terminated at the final goal; truncated after `task.max_steps` moves.
+
+    **Info.** `period`; `code`; `moves` of the episode; `reached`, the success counter; `optimum`, fewest moves
+    possible. After a step also `executed`, the moves of the action; their `rewards`, one each; and `path`, the
+    observations from which they were made. So move j leads from `path[j]` to `path[j + 1]`, the last one to the
+    observation returned: what a learner needs to let shorter actions learn from a longer one.
+
+    What else a point says is the learner's business: exploration, α, initial Q-values, explore, ties, update, MSA
+    propagation, and the number of trials. `learner.out_of_order` and, for multi-step actions, γ are the exceptions.
+
+    Args:
+        point: world, representation, actions, rewards, goals, step cap and seed; the paper's defaults if None.
+        period: whose layout is used, 0 … task.periods - 1, or None.
+        observation: "row" or "code".
+        render_mode: "ansi" for `render` to return the grid as text.
+
+    Raises:
+        ConfigError: an argument is not one of these.
+        ValueError: an option of the point yields a table that does not fit its contract.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["ansi"], "render_fps": 4}  # noqa: RUF012 (declared like this by Env)
+
+    def __init__(
+        self,
+        point: DesignPoint | None = None,
+        period: int | None = 0,
+        observation: Literal["row", "code"] = "row",
+        render_mode: str | None = None,
+    ) -> None:
+        point = DesignPoint() if point is None else point
+        if not isinstance(point, DesignPoint):
+            raise ConfigError.at("point", point, "should be a DesignPoint")
+        if observation not in _OBSERVATIONS:
+            raise ConfigError.unknown("observation", observation, _OBSERVATIONS)
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ConfigError.unknown("render mode", str(render_mode), self.metadata["render_modes"])
+        self.point, self.render_mode = point, render_mode
+        task, cells = point.task, cell_count(point.world)
+        self._tables = learning_tables(point)
+        self._next_cell: list[list[int]] = self._tables.next_cell.tolist()
+        self._layouts = layouts(point.seed, cells, task.goals, task.periods)
+        self._by_row = observation == "row"
+        self._draws = period is None
+        self.action_space = Discrete(len(MOVES) * len(self._tables.lengths))
+        self.observation_space = Discrete(task.goals * cells if self._by_row else _code_count(point))
+        self._enter(0 if period is None else self._checked(period))
+        self._begin()
+        self._over = True
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[int, dict[str, Any]]:
+        """Put the agent back to the start.
+
+        Args:
+            seed: of the draws under `period=None`; nothing else is random.
+            options: `{"period": p}` chooses the layout of period p.
+
+        Raises:
+            ConfigError: there is no such option or period.
+        """
+        super().reset(seed=seed)
+        options = options or {}
+        for name in options:
+            if name != "period":
+                raise ConfigError.unknown("option of reset", name, ["period"])
+        if "period" in options:
+            self._enter(self._checked(options["period"]))
+        elif self._draws:
+            self._enter(int(self.np_random.integers(len(self._layouts))))
+        self._begin()
+        self._over = False
+        return self._observe(), self._info()
+
+    def step(self, action: int) -> tuple[int, float, bool, bool, dict[str, Any]]:
+        """Carry out an action.
+
+        Raises:
+            gymnasium.error.ResetNeeded: the episode has ended, or has not begun.
+            gymnasium.error.InvalidAction: there is no such action.
+        """
+        if self._over:
+            raise ResetNeeded("the episode has ended or not begun: call reset() first")
+        if not self.action_space.contains(action):
+            last = len(MOVES) * len(self._tables.lengths) - 1
+            raise InvalidAction(f"action {action!r}: should be a whole number from 0 to {last}")
+        choice, move = divmod(int(action), len(MOVES))
+        length = self._tables.lengths[choice]
+        path: list[int] = []
+        rewards: list[float] = []
+        going = True
+        while going:
+            path.append(self._observe())
+            reached = self._reached
+            rewards.append(self._move(move))
+            stops = self._tables.rules.stop_at_sub_goal and self._reached > reached
+            going = not (self._ended() or stops or len(rewards) == length)
+        self._over = self._ended()
+        terminated = self._reached == self.point.task.goals
+        info = {**self._info(), "executed": len(rewards), "rewards": tuple(rewards), "path": tuple(path)}
+        return self._observe(), self._return(rewards, length), terminated, self._over and not terminated, info
+
+    def render(self) -> str | None:
+        """The grid: the agent A, the start S, goals ahead by their number, goals reached as *; None without a mode."""
+        if self.render_mode is None:
+            return None
+        width, height = self.point.world.shape
+        start, *goals = self.layout
+        cells = ["."] * (width * height)
+        cells[start] = "S"
+        for number, goal in enumerate(goals, start=1):
+            cells[goal] = "*" if number <= self._reached else str(number)
+        cells[self._cell] = "A"
+        wide = len(str(len(goals)))
+        rows = [cells[first : first + width] for first in range(0, len(cells), width)]
+        grid = [" ".join(cell.rjust(wide) for cell in row) for row in rows]
+        due = f"goal {self._reached + 1} of {len(goals)} is due" if self._reached < len(goals) else "all goals reached"
+        return "\n".join([*grid, f"{due}; moves: {self._moves}, at least {self._optimum} are needed"])
+
+    def _checked(self, period: object) -> int:
+        periods = len(self._layouts)
+        if isinstance(period, bool) or not isinstance(period, (int, np.integer)) or not 0 <= period < periods:
+            raise ConfigError.at("period", period, f"should be a whole number from 0 to {periods - 1}")
+        return int(period)
+
+    def _enter(self, period: int) -> None:
+        """Take up the layout of a period."""
+        layout = self._layouts[period : period + 1]
+        codes = observation_codes(self.point, layout[:, 1:])[0]
+        _, first, which = np.unique(codes, return_index=True, return_inverse=True)
+        # As in the kernel: by where a code first occurs.
+        rows = np.argsort(np.argsort(first))[which].reshape(codes.shape)
+        self._codes: list[list[int]] = codes.tolist()
+        self._observations: list[list[int]] = rows.tolist() if self._by_row else self._codes
+        self._optimum = int(shortest_tours(self._tables.next_cell, layout)[0])
+        self.period = period
+        self.layout: tuple[int, ...] = tuple(layout[0].tolist())
+
+    def _begin(self) -> None:
+        self._cell = self.layout[0]
+        self._reached = self._moves = 0
+
+    def _move(self, move: int) -> float:
+        """Make one move; returns its reward."""
+        rules, goals = self._tables.rules, self.layout[1:]
+        self._cell = self._next_cell[move][self._cell]
+        self._moves += 1
+        reward = rules.step_reward
+        if self._cell == goals[self._reached]:
+            self._reached += 1
+            reward = rules.final_goal_reward if self._reached == len(goals) else rules.sub_goal_reward
+        elif self._cell in goals:
+            reward = rules.out_of_order_reward
+        return reward
+
+    def _ended(self) -> bool:
+        return self._reached == self.point.task.goals or self._moves == self._tables.rules.max_steps
+
+    def _return(self, rewards: list[float], length: int) -> float:
+        """What an action is worth that brought these rewards."""
+        rules = self._tables.rules
+        if length > 1 and rules.printed_msa_reward:
+            rewards = [rewards[0]] * (len(rewards) + 1)
+        gain, discount = 0.0, 1.0
+        for reward in rewards:
+            gain += discount * reward
+            discount *= rules.gamma
+        return gain
+
+    def _observe(self) -> int:
+        return self._observations[self._counter][self._cell]
+
+    @property
+    def _counter(self) -> int:
+        """The success counter as it is seen; past the last goal there is nothing to see, so the last one stands."""
+        return min(self._reached, self.point.task.goals - 1)
+
+    def _info(self) -> dict[str, Any]:
+        return {
+            "period": self.period,
+            "code": self._codes[self._counter][self._cell],
+            "moves": self._moves,
+            "reached": self._reached,
+            "optimum": self._optimum,
+        }
+
+
+def _code_count(point: DesignPoint) -> int:
+    """How many observation codes there may be."""
+    if isinstance(point.representation, SizedRepresentation):
+        size: int = point.representation.spanned_size(point.world, point.task.goals)
+        return min(size, _LARGEST_CODE)
+    return _LARGEST_CODE
+
+
+gymnasium.register(id=ID, entry_point="rl_design_space.environment:OrderedGoals")

@@ -1,0 +1,333 @@
+"""The Gymnasium environment behaves as the kernel does, step for step, and keeps to Gymnasium's interface."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.error import InvalidAction, ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rl_design_space.design import (
+    AdHoc,
+    DesignPoint,
+    Direct,
+    Direction,
+    Distance,
+    GoalReward,
+    MultiStepActions,
+    QLearning,
+    Task,
+    Torus,
+    Walled,
+    cell_count,
+)
+from rl_design_space.environment import ID, OrderedGoals
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning import simulate
+from tests import reference
+from tests.learning import strategies
+from tests.learning.plays import play_period
+
+RIGHT, LEFT, ABOVE, BELOW = range(4)
+
+
+def learn_through(env: OrderedGoals, period: int) -> reference.Period:
+    """All trials of a period, by the plain learner on the kernel's random words; it knows only what the env tells."""
+    point = env.point
+    actions = [(move, length) for length in (1, *point.msa.lengths) for move in range(4)]
+    assert env.action_space.n == len(actions)
+    q: dict[int, list[float]] = {}
+    code_of: dict[int, int] = {}
+
+    def see(observation: int, info: dict) -> int:
+        assert env.observation_space.contains(observation)
+        assert code_of.setdefault(observation, info["code"]) == info["code"]
+        q.setdefault(observation, [point.learner.initial_q] * len(actions))
+        return observation
+
+    generator = reference.generator_of(point, period)
+    result = reference.Period([], [], {})
+    for epsilon in point.exploration.schedule(point.task.trials).tolist():
+        state = see(*env.reset(options={"period": period}))
+        ended = False
+        while not ended:
+            action = reference.choose(q[state], epsilon, generator.next_word(), point.learner)
+            observation, reward, terminated, truncated, info = env.step(action)
+            for seen in info["path"]:
+                q.setdefault(seen, [point.learner.initial_q] * len(actions))
+            following = None if terminated else see(observation, info)
+            reference.update(point, q, state, action, reward, info["executed"], following)
+            reference.propagate(point, q, actions[action], [*info["path"], following], info["rewards"])
+            assert info["path"][0] == state
+            state, ended = following, terminated or truncated
+        result.steps.append(info["moves"])
+        result.success.append(terminated)
+        assert not (terminated and truncated)
+        assert terminated == (info["reached"] == point.task.goals)
+    assert len(set(code_of.values())) == len(code_of)
+    result.q.update({code_of[seen]: values for seen, values in q.items() if seen in code_of})
+    return result
+
+
+@settings(deadline=None, max_examples=150)
+@given(point=strategies.points(), observation=st.sampled_from(["row", "code"]), data=st.data())
+def test_a_learner_comes_out_as_in_the_kernel(point: DesignPoint, observation: str, data: st.DataObject):
+    curves = simulate(point, threads=1)
+    env = OrderedGoals(point, observation=observation)
+    for period in range(min(3, point.task.periods)):
+        learned = learn_through(env, period)
+        assert learned.steps == curves.steps[period].tolist()
+        assert learned.success == curves.success[period].tolist()
+        assert env.reset()[1]["optimum"] == curves.optimum[period]
+    played, codes = play_period(point, period)
+    at = {code: row for row, code in enumerate(codes.tolist())}
+    for code, values in learned.q.items():
+        assert played.q[at[code]].tobytes() == np.array(values).tobytes()
+
+
+def test_the_default_task_comes_out_as_in_the_kernel():
+    point = DesignPoint(task=Task(periods=2), representation=Direction(), msa=MultiStepActions(lengths=(3,)))
+    curves = simulate(point, threads=1)
+    assert learn_through(OrderedGoals(point), 1).steps == curves.steps[1].tolist()
+
+
+@settings(deadline=None, max_examples=100)
+@given(point=strategies.points(), data=st.data())
+def test_rows_are_those_of_the_kernel(point: DesignPoint, data: st.DataObject):
+    """As many as the kernel counts, numbered by where a code first occurs, over success counters and cells."""
+    period = data.draw(st.integers(0, point.task.periods - 1))
+    env = OrderedGoals(point, period)
+    _, *goals = reference.layout_of(point, period)
+    codes = point.representation.observation(point.world, np.array(goals)).ravel().tolist()
+    row_of = {code: row for row, code in enumerate(dict.fromkeys(codes))}
+    assert len(row_of) == simulate(point, threads=1).rows[period, 0] <= env.observation_space.n
+    observation, info = env.reset()
+    for action in data.draw(st.lists(st.integers(0, int(env.action_space.n) - 1), max_size=30)):
+        assert observation == row_of[info["code"]]
+        observation, _, terminated, truncated, info = env.step(action)
+        if terminated or truncated:
+            observation, info = env.reset()
+
+
+@dataclass(frozen=True)
+class Counter:
+    """An agent that sees nothing but how many goals it has reached; it does not say how many codes there are."""
+
+    def observation(self, world, goals):
+        counter = np.arange(goals.shape[-1], dtype=np.int64)[:, np.newaxis]
+        return np.broadcast_to(10**12 * counter, (*goals.shape, cell_count(world)))
+
+
+POINTS = {
+    "default": DesignPoint(),
+    "direct_large": DesignPoint(representation=Direct(), task=Task(goals=8), world=Torus(size=30)),
+    "distance": DesignPoint(representation=Distance()),
+    "unsized": DesignPoint(representation=Counter()),
+    "walled_msa": DesignPoint(world=Walled(size=(2, 3)), msa=MultiStepActions(lengths=(3, 5))),
+}
+
+
+@pytest.mark.parametrize("name", POINTS)
+@pytest.mark.parametrize("arguments", [{}, {"observation": "code"}, {"period": None}, {"render_mode": "ansi"}], ids=str)
+def test_gymnasium_has_nothing_to_say(name: str, arguments: dict):
+    # Its warnings are errors here.
+    check_env(gymnasium.make(ID, point=POINTS[name], **arguments).unwrapped)
+
+
+def test_it_can_be_made_by_name_alone_or_with_its_module():
+    assert gymnasium.make(ID).unwrapped.point == DesignPoint()
+    assert isinstance(gymnasium.make(f"rl_design_space.environment:{ID}").unwrapped, OrderedGoals)
+
+
+def test_many_at_a_time():
+    point = DesignPoint(msa=MultiStepActions(lengths=(4,)))
+    envs = gymnasium.make_vec(ID, num_envs=2, vectorization_mode="sync", point=point)
+    envs.reset()
+    _, rewards, _, _, info = envs.step(np.array([0, 4]))
+    assert info["executed"].tolist() == [1, 4]
+    assert [len(path) for path in info["path"]] == [1, 4]
+    assert rewards.tolist() == pytest.approx([-0.1, -0.1 * (1 + 0.9 + 0.81 + 0.729)])
+
+
+def test_it_survives_pickling_in_the_middle_of_an_episode():
+    env = OrderedGoals()
+    env.reset()
+    env.step(RIGHT)
+    twin = pickle.loads(pickle.dumps(env))
+    assert twin.step(BELOW) == env.step(BELOW)
+
+
+def corridor(goals: list[int], **choices) -> OrderedGoals:
+    """A walled grid of 8 × 2 cells, the agent in its corner and goals where a test wants them."""
+    env = OrderedGoals(DesignPoint(world=Walled(size=(8, 2)), task=Task(goals=len(goals), max_steps=9), **choices))
+    env._layouts = np.array([[0, *goals]], dtype=np.int32)
+    return env
+
+
+LONG = MultiStepActions(lengths=(5,))
+LONG_RIGHT = 4
+
+
+def test_a_multi_step_action_passes_goals_and_ends_at_the_last_one():
+    env = corridor([2, 4], msa=LONG)
+    env.reset(options={"period": 0})
+    observation, reward, terminated, truncated, info = env.step(LONG_RIGHT)
+    assert (terminated, truncated, info["executed"], info["moves"], info["reached"]) == (True, False, 4, 4, 2)
+    assert info["rewards"] == (-0.1, 1.0, -0.1, 10.0)
+    # Ad hoc rows: counter · cells + cell.
+    assert info["path"] == (0, 1, 16 + 2, 16 + 3)
+    assert observation == 16 + 4
+    assert reward == pytest.approx(-0.1 + 0.9 * 1 - 0.81 * 0.1 + 0.729 * 10)
+
+
+def test_a_multi_step_action_may_stop_at_a_sub_goal():
+    env = corridor([2, 4], msa=replace(LONG, sub_goal="stop"))
+    env.reset(options={"period": 0})
+    observation, reward, terminated, truncated, info = env.step(LONG_RIGHT)
+    assert (terminated, truncated, info["executed"], info["reached"]) == (False, False, 2, 1)
+    assert observation == 16 + 2
+    assert reward == pytest.approx(-0.1 + 0.9 * 1)
+
+
+def test_the_printed_reward_has_a_term_too_many_and_the_first_reward_throughout():
+    env = corridor([2, 4], msa=replace(LONG, reward="printed"))
+    env.reset(options={"period": 0})
+    assert env.step(LONG_RIGHT)[1] == pytest.approx(-0.1 * (1 + 0.9 + 0.81 + 0.729 + 0.6561))
+    # A primitive move gets what it brings.
+    env.reset()
+    env.step(RIGHT)
+    assert env.step(RIGHT)[1] == 1.0
+
+
+def test_the_step_cap_counts_moves_and_cuts_a_multi_step_action():
+    env = corridor([2, 15], msa=LONG)
+    env.reset(options={"period": 0})
+    env.step(LONG_RIGHT)
+    *_, truncated, info = env.step(LONG_RIGHT)
+    assert (truncated, info["executed"], info["moves"]) == (True, 4, 9)
+    with pytest.raises(ResetNeeded):
+        env.step(RIGHT)
+    env.reset()
+    env.step(RIGHT)
+
+
+@pytest.mark.parametrize(("reading", "expected"), [("step_reward", -0.1), ("zero", 0.0)])
+def test_a_goal_that_is_not_due(reading: str, expected: float):
+    env = corridor([2, 1], learner=QLearning(out_of_order=reading))
+    env.reset(options={"period": 0})
+    assert env.step(RIGHT)[1] == expected
+    assert env.step(RIGHT)[1] == 1.0
+    assert env.step(RIGHT)[1] == -0.1
+    # What was reached is not due any more.
+    assert env.step(LEFT)[1] == expected
+
+
+def test_rewards_are_those_of_the_point():
+    env = corridor([1, 2], reward=GoalReward(step=-3.0, sub_goal=5.0, final_goal=7.0))
+    env.reset(options={"period": 0})
+    assert [env.step(move)[1] for move in (LEFT, RIGHT, RIGHT)] == [-3.0, 5.0, 7.0]
+
+
+def test_the_layout_stays_until_another_is_chosen():
+    env = OrderedGoals(period=3)
+    layouts = [env.layout]
+    for options in ({}, {"period": 7}, None, {"period": 3}):
+        _, info = env.reset(options=options)
+        layouts.append(env.layout)
+    assert layouts == [tuple(reference.layout_of(env.point, period)) for period in (3, 3, 7, 7, 3)]
+    assert info["period"] == 3
+
+
+def test_layouts_may_be_drawn_at_every_reset():
+    env = OrderedGoals(DesignPoint(task=Task(periods=20)), period=None)
+
+    def drawn(seed: int) -> list[int]:
+        return [env.reset(seed=seed if first else None)[1]["period"] for first in (True, *[False] * 40)]
+
+    periods = drawn(1)
+    assert len(set(periods)) > 10
+    assert periods == drawn(1) != drawn(2)
+    assert env.reset(options={"period": 19})[1]["period"] == 19
+
+
+def test_a_code_means_the_same_in_every_layout():
+    codes = OrderedGoals(DesignPoint(representation=AdHoc()), period=None, observation="code")
+    for _ in range(5):
+        observation, info = codes.reset()
+        assert observation == info["code"] == codes.layout[0]
+    assert codes.observation_space.n == 300
+    direction = DesignPoint(representation=Direction())
+    assert OrderedGoals(direction, observation="code").observation_space.n == 375
+    assert OrderedGoals(direction).observation_space.n == 3 * cell_count(direction.world)
+
+
+def test_the_grid_as_text():
+    env = corridor([2, 13])
+    env.render_mode = "ansi"
+    env.reset(options={"period": 0})
+    for move in (RIGHT, RIGHT, BELOW):
+        env.step(move)
+    assert env.render() == (
+        "S . * . . . . .\n"
+        ". . A . . 2 . .\n"
+        "goal 2 of 2 is due; moves: 3, at least 6 are needed"
+    )  # fmt: skip
+    for _ in range(3):
+        env.step(RIGHT)
+    assert env.render().splitlines()[1:] == [". . . . . A . .", "all goals reached; moves: 6, at least 6 are needed"]
+    assert OrderedGoals().render() is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"period": 500}, "period=500: should be a whole number from 0 to 499"),
+        ({"period": -1}, "period=-1: should be"),
+        ({"period": True}, "period=true: should be"),
+        ({"period": 1.0}, "period=1.0: should be"),
+        ({"observation": "rows"}, "rows: no such observation; did you mean row?"),
+        ({"point": ["world=torus"]}, r"point=\[world=torus\]: should be a DesignPoint"),
+        ({"render_mode": "human"}, "human: no such render mode"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_used_is_refused(arguments: dict, message: str):
+    with pytest.raises(ConfigError, match=message):
+        OrderedGoals(**arguments)
+
+
+def test_what_cannot_be_asked_of_a_reset_is_refused():
+    env = OrderedGoals()
+    with pytest.raises(ConfigError, match="periods: no such option of reset; did you mean period"):
+        env.reset(options={"periods": 3})
+    with pytest.raises(ConfigError, match="period=500"):
+        env.reset(options={"period": 500})
+
+
+def test_what_is_no_action_is_refused():
+    env = OrderedGoals()
+    with pytest.raises(ResetNeeded):
+        env.step(RIGHT)
+    env.reset()
+    for action in (4, -1, 1.0):
+        with pytest.raises(InvalidAction, match=f"action {action}: should be a whole number from 0 to 3"):
+            env.step(action)
+    assert env.step(np.int64(RIGHT)) is not None
+
+
+def test_without_gymnasium_it_says_what_to_install():
+    program = "import sys; sys.modules['gymnasium'] = None; import rl_design_space.environment"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == (
+        "rl_design_space.errors.ConfigError: "
+        "rl_design_space.environment: needs Gymnasium; pip install 'rl-design-space[gym]'"
+    )
