@@ -36,9 +36,7 @@ lint: $(VENV)/.test
 	$(BIN)/mypy
 
 ui: $(VENV)/.run
-	@echo "MLflow UI: http://127.0.0.1:5000  (Ctrl-C ends it)"
-	MLFLOW_SERVER_ENABLE_JOB_EXECUTION=false $(BIN)/mlflow server --host 127.0.0.1 --port 5000 --workers 1 \
-	  --backend-store-uri sqlite:///$(abspath outputs)/mlflow.db
+	$(BIN)/rl-design-space ui
 
 bench: peers
 	$(BIN)/python -m benchmarks

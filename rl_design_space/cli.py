@@ -12,6 +12,7 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from omegaconf import DictConfig
 
+from rl_design_space import user_config
 from rl_design_space._paths import CONF, make_plugins_known
 from rl_design_space.errors import ConfigError, shown_as_messages
 
@@ -31,22 +32,29 @@ def main() -> None:
     global command_line
     from rl_design_space import commands
 
-    if sys.argv[1:2] and sys.argv[1] in commands.words():
+    with shown_as_messages():
+        folder, arguments = user_config.take_flag(sys.argv[1:])
+        user_config.use(folder)
+    if arguments[:1] and arguments[0] in commands.words():
         with shown_as_messages():
-            commands.run(sys.argv[1], sys.argv[2:])
+            commands.run(arguments[0], arguments[1:])
         return
     if {"-h", "--help"} & set(sys.argv[1:]):
         with shown_as_messages():
             _show_help(sys.argv[1:])
         return
     from rl_design_space.sweep.arguments import read_command_line
+    from rl_design_space.sweep.search_path import look_in_user_folder_first
 
     make_plugins_known()
     # A job that is told to end, by a cluster for instance, ends as one that is interrupted: nothing is lost.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with shown_as_messages():
-            command_line = read_command_line(sys.argv[1:])
+            command_line = read_command_line(arguments)
+            if command_line.runs:
+                user_config.tell_of_shadowing()
+            look_in_user_folder_first()
             _keep_options_in_one_copy()
             sys.argv[1:] = command_line.for_hydra
             application()
@@ -105,6 +113,8 @@ def _run_point(config: DictConfig) -> float:
     from rl_design_space.sweep.run import run_point
     from rl_design_space.terminal import awaiting_line, console, point_table
 
+    # A job may run in a process of its own.
+    user_config.use()
     run = HydraConfig.get()
     settings = build_settings(config)
     planned = planned_point(parts_of(config, run.runtime.choices), run.overrides.task)

@@ -13,13 +13,25 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.design import Exploration, MultiStepActions, Reward, Torus, Walled, World, cell_count
+from rl_design_space.design import (
+    Exploration,
+    MultiStepActions,
+    ObstructedWorld,
+    Reward,
+    Torus,
+    Walled,
+    World,
+    cell_count,
+    open_cells,
+)
 from rl_design_space.design.representation import Representation, SizedRepresentation
+from rl_design_space.learning.ways import missing_way
 
 _WORLDS: tuple[World, ...] = (Torus(size=4), Torus(size=(5, 3)), Walled(size=(2, 4)))
 _TRIALS = (1, 2, 7, 100)
@@ -28,7 +40,7 @@ _MOST_GOALS = 64
 
 
 def check_world(world: World) -> None:
-    """Shape, transition table, offsets and reach of a world."""
+    """Shape, transition table, open cells, offsets and reach of a world; a way from every open cell to every other."""
     _check_value(world, World)
     for name, pair in (("shape", world.shape), ("reach", world.reach)):
         whole = isinstance(pair, tuple) and [type(side) for side in pair] == [int, int]
@@ -39,6 +51,15 @@ def check_world(world: World) -> None:
     _check_array("next_cell()", table, (4, cells), np.int32)
     _expect(bool(((table >= 0) & (table < cells)).all()), f"next_cell() must stay inside the world of {cells} cells")
     _expect(np.array_equal(table, world.next_cell()), "next_cell() must give the same at every call")
+
+    free = open_cells(world)
+    if isinstance(world, ObstructedWorld):
+        _check_array("open_cells()", free, (np.size(free),), np.int32)
+        _expect(bool(((free >= 0) & (free < cells)).all()), f"open_cells() must lie in the world of {cells} cells")
+        _expect(len(free) > 1 and bool((np.diff(free) > 0).all()), "open_cells() must be several, in ascending order")
+        _expect(np.array_equal(free, world.open_cells()), "open_cells() must give the same at every call")
+    missing = missing_way(table, free)
+    _expect(missing is None, f"next_cell() must lead from every open cell to every other, but it does not: {missing}")
 
     _check_layouts("offset() along x", lambda goals: world.offset(goals)[0], cells, np.integer)
     _check_layouts("offset() along y", lambda goals: world.offset(goals)[1], cells, np.integer)
@@ -95,6 +116,27 @@ def check_msa(msa: MultiStepActions) -> None:
     _expect(int(table.min()) >= 1, "action_lengths() must be lengths of at least one move")
     _expect(len(np.unique(table)) == len(table), "action_lengths() must not hold a length twice")
     _expect(np.array_equal(table, msa.action_lengths()), "action_lengths() must give the same at every call")
+
+
+def check_study(name: str, config_dir: str | Path | None = None) -> None:
+    """A study can be planned, every value of its points is allowed, and its report can be built if it has one.
+
+    Args:
+        name: of its file in `study/`.
+        config_dir: folder of your own that holds it.
+    """
+    from rl_design_space.errors import ConfigError
+    from rl_design_space.sweep.compose import shipped_config
+    from rl_design_space.sweep.study import load_study
+    from rl_design_space.user_config import used
+
+    try:
+        with used(config_dir), shipped_config():
+            study = load_study(name, ())
+            if "report" in study.config.study:
+                study.report()
+    except ConfigError as error:
+        raise AssertionError(str(error)) from error
 
 
 def _expect(kept: bool, otherwise: str) -> None:

@@ -13,13 +13,16 @@ from pathlib import Path
 
 SCRIPTS = Path(sysconfig.get_path("scripts"))
 
+#: Variables that would change what a command does.
+_OTHERS = ("HYDRA_", "MLFLOW_", "RL_DESIGN_SPACE_")
+
 Completed = subprocess.CompletedProcess[str]
 Command = Callable[..., Completed]
 
 
 def environment(folder: Path, **more: str) -> dict[str, str]:
     """Variables for a command that runs in a folder: its own temporary folder, wide output, no tracebacks."""
-    inherited = {name: value for name, value in os.environ.items() if not name.startswith(("HYDRA_", "MLFLOW_"))}
+    inherited = {name: value for name, value in os.environ.items() if not name.startswith(_OTHERS)}
     own = {"TMPDIR": str(folder / "temporary"), "PYTHONPATH": str(folder / "own"), "COLUMNS": "400", "NO_COLOR": "1"}
     return {**inherited, **own, **more}
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rl_design_space.analysis.measures import Recorded, measure
 from rl_design_space.analysis.statistics import mean_estimate, percentile_interval, resample_weights
 from rl_design_space.design import World
+from rl_design_space.learning.ways import reached_from
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -70,10 +71,10 @@ def random_walk_steps(world: World, layouts: NDArray[np.int32]) -> float:
     section 4.4): one inverse, however many goals there are.
 
     Args:
-        world: with its transition table; every goal can be reached from every cell.
-        layouts: (periods, 1 + n_goals) start and goals, each unlike the one before.
+        world: with its transition table.
+        layouts: (periods, 1 + n_goals) start and goals, each unlike the one before, all within reach of each other.
     """
-    next_cell = world.next_cell()
+    next_cell, layouts = _within_reach(world.next_cell(), layouts)
     moves, cells = next_cell.shape
     walk = np.zeros((cells, cells))
     for move in range(moves):
@@ -84,3 +85,12 @@ def random_walk_steps(world: World, layouts: NDArray[np.int32]) -> float:
     origins, goals = layouts[:, :-1], layouts[:, 1:]
     legs = (fundamental[goals, goals] - fundamental[origins, goals]) / share[goals]
     return float(legs.sum(axis=1).mean())
+
+
+def _within_reach(
+    next_cell: NDArray[np.int32], layouts: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """The same without the cells that no walker comes to, such as obstacles; the others are numbered anew."""
+    met = reached_from(next_cell, int(layouts[0, 0]))
+    number = (np.cumsum(met) - 1).astype(np.int32)
+    return number[next_cell[:, met]], number[layouts]

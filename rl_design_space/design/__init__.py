@@ -15,7 +15,7 @@ from rl_design_space.design.representation import (
 )
 from rl_design_space.design.reward import GoalReward, Reward
 from rl_design_space.design.task import Task
-from rl_design_space.design.world import MOVES, Torus, Walled, World, cell_count
+from rl_design_space.design.world import MOVES, ObstructedWorld, Torus, Walled, World, cell_count, open_cells
 
 __all__ = [
     "MOVES",
@@ -30,6 +30,7 @@ __all__ = [
     "GoalReward",
     "Linear",
     "MultiStepActions",
+    "ObstructedWorld",
     "QLearning",
     "Representation",
     "Reward",
@@ -41,4 +42,5 @@ __all__ = [
     "World",
     "cell_count",
     "encode",
+    "open_cells",
 ]

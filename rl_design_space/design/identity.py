@@ -1,4 +1,4 @@
-"""Fields that an option gets later in its life."""
+"""What an option is known by, and fields that it gets later in its life."""
 
 from __future__ import annotations
 
@@ -20,3 +20,13 @@ def absent_as(value: Any) -> Mapping[str, Any]:
     The value is the one with which results are as before. It stays, even if the default changes later.
     """
     return {ABSENT_AS: value}
+
+
+def is_shipped(kind: type) -> bool:
+    """Whether a class is part of this package."""
+    return kind.__module__.startswith("rl_design_space.")
+
+
+def full_name(kind: type) -> str:
+    """The name of a class for people: of this package's the plain one, of others with their module."""
+    return kind.__qualname__ if is_shipped(kind) else f"{kind.__module__}.{kind.__qualname__}"

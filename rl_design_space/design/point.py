@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -82,12 +83,18 @@ class DesignPoint:
         return self
 
     @classmethod
-    def from_overrides(cls, overrides: Sequence[str] = ()) -> DesignPoint:
+    def from_overrides(cls, overrides: Sequence[str] = (), config_dir: str | Path | None = None) -> DesignPoint:
         """The point that these command-line overrides describe, e.g. `["exploration=linear", "world.size=20"]`.
+
+        Args:
+            overrides: as on the command line.
+            config_dir: folder with options of your own; modules beside it can be imported from then on.
 
         Raises:
             rl_design_space.ConfigError: an override is not understood or its value is not allowed.
         """
         from rl_design_space.sweep.compose import compose
+        from rl_design_space.user_config import used
 
-        return compose(overrides).point
+        with used(config_dir):
+            return compose(overrides).point

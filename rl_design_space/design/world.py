@@ -48,10 +48,24 @@ class World(Protocol):
         ...
 
 
+@runtime_checkable
+class ObstructedWorld(World, Protocol):
+    """A world in which starts and goals do not lie on every cell: the others are obstacles, or out of reach."""
+
+    def open_cells(self) -> NDArray[np.int32]:
+        """(k,) int32, ascending, the cells where starts and goals lie; each can be reached from every other."""
+        ...
+
+
 def cell_count(world: World) -> int:
     """Number of cells of a world."""
     width, height = world.shape
     return width * height
+
+
+def open_cells(world: World) -> NDArray[np.int32]:
+    """(k,) int32, the cells of a world where starts and goals lie: all of them, unless it is obstructed."""
+    return world.open_cells() if isinstance(world, ObstructedWorld) else np.arange(cell_count(world), dtype=np.int32)
 
 
 def _canonical_size(size: Any) -> int | tuple[int, int]:

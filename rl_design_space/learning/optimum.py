@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.compiled import compiled_and_kept
 
 
@@ -19,12 +20,13 @@ def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> N
         (periods,) int32 moves.
 
     Raises:
-        ValueError: a goal cannot be reached.
+        ConfigError: a goal cannot be reached.
     """
     tours: NDArray[np.int32] = _tours(next_cell, layout)
     if (tours < 0).any():
         period = int(np.flatnonzero(tours < 0)[0])
-        raise ValueError(f"period {period}: no way leads through the cells {layout[period].tolist()} in this order")
+        cells = layout[period].tolist()
+        raise ConfigError(f"world: in period {period} no way leads through the cells {cells} in this order")
     return tours
 
 

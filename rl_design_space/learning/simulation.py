@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.learning.checked import observation_codes
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.curves import LearningCurves
 from rl_design_space.learning.kernel import learn
 from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes
+from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.optimum import shortest_tours
-from rl_design_space.learning.streams import behaviour_states, layouts
-from rl_design_space.learning.tables import learning_tables, observation_codes
+from rl_design_space.learning.streams import behaviour_states
+from rl_design_space.learning.tables import learning_tables
 
 #: Observation codes made at a time, per thread: few enough to stay in the cache, enough that a call is worth its cost.
 _CODES_IN_FLIGHT = 24_000
@@ -34,7 +36,7 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
         threads: how many learn at the same time; all available cores if None. The result does not depend on it.
 
     Raises:
-        ValueError: an option yields a table that does not fit its contract, or a goal cannot be reached.
+        ConfigError: an option yields a table that does not fit its contract, or a goal cannot be reached.
     """
     threads = threads or available_threads()
     learning = Learning(point, threads)
@@ -57,14 +59,14 @@ class Learning:
         threads: how many are expected. The result does not depend on it, nor on how many come.
 
     Raises:
-        ValueError: as `simulate`.
+        ConfigError: as `simulate`.
     """
 
     def __init__(self, point: DesignPoint, threads: int = 1) -> None:
         task, cells = point.task, cell_count(point.world)
         self._point = point
         self._tables = learning_tables(point)
-        self._layouts = layouts(point.seed, cells, task.goals, task.periods)
+        self._layouts = layouts_of(point)
         self._optimum = shortest_tours(self._tables.next_cell, self._layouts)
         self._generator = behaviour_states(point.seed, task.periods)
         self._steps = np.empty((task.periods, task.trials), dtype=np.int32)

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from rl_design_space import user_config
 from rl_design_space.errors import shown_as_messages
 
 if TYPE_CHECKING:
@@ -45,8 +46,11 @@ def main() -> None:
     )
     parser.add_argument("report", help="name of a study, e.g. table4; all for every one and the page")
     parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
-    arguments = parser.parse_args()
+    parser.add_argument(user_config.FLAG, "-cd", metavar="DIR", help="folder with options and studies of your own")
+    arguments = parser.parse_intermixed_args()
     with shown_as_messages():
+        user_config.use(arguments.config_dir)
+        user_config.tell_of_shadowing()
         name = _ALL if arguments.report == "all" else arguments.report
         for path in write_report(name, arguments.overrides):
             print(path)

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
 
 from rl_design_space.analysis.learning_curves import random_walk_steps
-from rl_design_space.learning.streams import layouts
+from rl_design_space.learning.layouts import layouts_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -93,10 +93,8 @@ def _draw_curves(axis: Axes, below: Axes, lines: list[Line], curves: pd.DataFram
     recorded = next((line for line in lines if line.recorded), None)
     if recorded and recorded.recorded:
         point = recorded.planned.point
-        cells = point.world.next_cell().shape[1]
-        met = layouts(point.seed, cells, point.task.goals, point.task.periods)
         axis.axhline(float(recorded.recorded.optimum.mean()), color="0.45", linestyle="--", linewidth=1)
-        axis.axhline(random_walk_steps(point.world, met), color="0.45", linestyle=":", linewidth=1)
+        axis.axhline(random_walk_steps(point.world, layouts_of(point)), color="0.45", linestyle=":", linewidth=1)
     _make_logarithmic(axis)
     axis.legend(handles=handles, frameon=False, fontsize=8, loc="best", ncols=1 + (len(handles) > 4))
     axis.set_xticklabels([])

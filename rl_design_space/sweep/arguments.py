@@ -11,6 +11,7 @@ from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
+from rl_design_space import user_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.build import is_setting
 from rl_design_space.sweep.compose import check_options
@@ -27,21 +28,23 @@ class CommandLine:
     check them against the defaults, so they are kept from it and go to our sweeper: `study=table4 exploration.k=0.05`.
 
     Attributes:
-        typed: everything.
+        typed: everything but the user's config folder.
         for_hydra: what Hydra gets.
         for_points: what the points of a sweep take over.
         foreign: whether it asks for a sweep by another sweeper than ours.
+        runs: whether it asks for points, not for help or for a config.
     """
 
     typed: tuple[str, ...] = ()
     for_hydra: tuple[str, ...] = ()
     for_points: tuple[str, ...] = ()
     foreign: bool = False
+    runs: bool = True
 
     @property
     def command(self) -> str:
         """To be typed again."""
-        return shlex.join(["rl-design-space", *self.typed])
+        return shlex.join(["rl-design-space", *user_config.flags(), *self.typed])
 
 
 def read_command_line(arguments: Sequence[str]) -> CommandLine:
@@ -74,7 +77,7 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     # Flags first: Hydra itself does not understand overrides with flags between them.
     in_order = [argument for argument in arguments if argument not in flags.overrides]
     if sweeper != _OWN_SWEEPER or others or not (flags.multirun or sweeps):
-        return CommandLine(tuple(arguments), (*in_order, *asked), foreign=flags.multirun)
+        return CommandLine(tuple(arguments), (*in_order, *asked), foreign=flags.multirun, runs=not others)
     for_points = tuple(override for override in overrides if not is_setting(override))
     settings = [override for override in asked if override not in for_points]
     implied = [] if flags.multirun or flags.run else ["--multirun"]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass
-from pkgutil import resolve_name
+from dataclasses import fields
 from typing import Annotated, Any, Literal, TypeVar
 
 from hydra.errors import InstantiationException
@@ -20,10 +19,12 @@ from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.names import SCALARS
 from rl_design_space.sweep.explain import explain, invalid
+from rl_design_space.sweep.target import check_fields, class_of
 from rl_design_space.tracking import Tracking
 
 Built = TypeVar("Built")
 
+_CHOICES = frozenset(field.name for field in fields(DesignPoint))
 #: Keys of the config that are not part of a design point.
 SETTINGS = ("outputs", "threads", "tracking", "study", "plan", "shard", "on_error", "objective", "hydra")
 #: Those of them that belong to a sweep as a whole, so that a point that is run alone has no use for them.
@@ -129,18 +130,23 @@ def build(key: str, node: Any) -> Any:
         return node
     if "_target_" not in node:
         raise ConfigError.at(f"{key}._target_", "???", "should name the class of this option")
+    kind = class_of(key, node["_target_"])
+    check_fields(key, kind, node)
     try:
-        kind = resolve_name(node["_target_"])
-    except (ImportError, AttributeError, ValueError, TypeError) as error:
-        raise ConfigError.at(f"{key}._target_", node["_target_"], f"cannot be imported: {error}") from error
-    if not is_dataclass(kind):
-        raise ConfigError.at(f"{key}._target_", node["_target_"], "should be a frozen dataclass")
-    try:
-        return instantiate(node, _convert_="all")
-    except InstantiationException as error:
-        if isinstance(error.__cause__, ValidationError):
-            raise invalid(key, error.__cause__, [field.name for field in fields(kind)]) from error
-        raise ConfigError(f"{key}: {error.__cause__ or error}".replace("\n", " ")) from error
+        if key not in _CHOICES:
+            return instantiate(node, _convert_="all")
+        prepared = instantiate(node, _convert_="all", _partial_=True)
+        return prepared.func(**{name: _as_value(value) for name, value in prepared.keywords.items()})
+    except Exception as raised:
+        error = raised.__cause__ or raised if isinstance(raised, InstantiationException) else raised
+        if isinstance(error, ValidationError):
+            raise invalid(key, error, [field.name for field in fields(kind)]) from raised
+        raise ConfigError(f"{key}: {error}".replace("\n", " ")) from raised
+
+
+def _as_value(value: Any) -> Any:
+    """Lists as tuples: a component is a value, equal to its copies and with a hash."""
+    return tuple(map(_as_value, value)) if isinstance(value, list) else value
 
 
 def construct(kind: Callable[..., Built], values: Mapping[str, Any], prefix: str = "") -> Built:

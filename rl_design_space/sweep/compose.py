@@ -23,8 +23,10 @@ from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.assemble import Assembler, Parts
 from rl_design_space.sweep.build import build_values, is_setting, make_point
+from rl_design_space.sweep.early import EarlyCheck
 from rl_design_space.sweep.explain import explain
 from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.sweep.search_path import look_in_user_folder_first
 
 CONFIG_NAME = "config"
 #: The design choices that are config groups: all but plain numbers.
@@ -33,7 +35,8 @@ OPTION_GROUPS = tuple(field.name for field in fields(DesignPoint) if field.name 
 
 @contextmanager
 def shipped_config() -> Iterator[None]:
-    """Make Hydra find the shipped configuration, whatever it was looking at before."""
+    """Make Hydra find the user's and the shipped configuration, whatever it was looking at before."""
+    look_in_user_folder_first()
     outer = GlobalHydra.instance().hydra
     GlobalHydra.instance().clear()
     try:
@@ -44,7 +47,7 @@ def shipped_config() -> Iterator[None]:
 
 
 def compose(overrides: Sequence[str] = ()) -> PlannedPoint:
-    """The point that these overrides of the shipped configuration describe.
+    """The point that these overrides of the user's and the shipped configuration describe.
 
     Raises:
         ConfigError: an override is not understood or its value is not allowed.
@@ -72,6 +75,7 @@ class Composer:
         self._bases: dict[tuple[str, ...], DictConfig] = {}
         self._is_setting = cache(is_setting)
         self._valid_settings: set[tuple[str, ...]] = {()}
+        self._check = EarlyCheck()
         self.parser = OverridesParser.create(config_loader=self._loader)
 
     def __call__(self, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
@@ -80,7 +84,15 @@ class Composer:
         Raises:
             ConfigError: an override is not understood or its value is not allowed.
         """
-        return planned_point(self.parts(overrides), overrides, studies)
+        return self.planned(self.parts(overrides), overrides, studies)
+
+    def planned(self, parts: Parts, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
+        """The same of parts that are made already; each of the user's own components is tried once.
+
+        Raises:
+            ConfigError: as above.
+        """
+        return planned_point(parts, overrides, studies, self._check)
 
     def parts(self, overrides: Sequence[str]) -> Parts:
         """The parts of the point that these overrides describe, each valid; whether they go together is not checked.
@@ -183,15 +195,20 @@ def parts_of(config: DictConfig, choices: Mapping[str, str | None] | None = None
     return Parts(build_values(config), {group: str(choices[group]) for group in OPTION_GROUPS})
 
 
-def planned_point(parts: Parts, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
+def planned_point(
+    parts: Parts, overrides: Sequence[str], studies: tuple[str, ...] = (), check: EarlyCheck | None = None
+) -> PlannedPoint:
     """The point that these parts make.
 
     Args:
         parts: its parts.
         overrides: what was composed.
         studies: the studies that ask for the point.
+        check: of own components; a new one if None.
 
     Raises:
-        ConfigError: they do not go together.
+        ConfigError: they do not go together, or a component of the user's own does not keep its contract.
     """
-    return PlannedPoint.of(make_point(parts.values), parts.options, tuple(overrides), studies)
+    point = make_point(parts.values)
+    (check or EarlyCheck())(point)
+    return PlannedPoint.of(point, parts.options, tuple(overrides), studies)

@@ -13,6 +13,7 @@ from omegaconf.errors import (
     OmegaConfBaseException,
 )
 from pydantic import ValidationError
+from yaml import MarkedYAMLError
 
 from rl_design_space.errors import ConfigError
 
@@ -38,6 +39,8 @@ def explain(error: Exception) -> ConfigError | None:
         return ConfigError.at(str(error.full_key), "???", "needs a value")
     if isinstance(error, OmegaConfBaseException) and error.full_key:
         return ConfigError(f"{error.full_key}: {str(error).splitlines()[0]}")
+    if isinstance(error, MarkedYAMLError):
+        return _not_yaml(error)
     if isinstance(error, OSError) and error.filename:
         return ConfigError(f"{error.filename}: {error.strerror}; outputs=DIR writes elsewhere")
     if ambiguous := re.match(r"Ambiguous value for argument '(.*)'", str(error)):
@@ -45,6 +48,15 @@ def explain(error: Exception) -> ConfigError | None:
     if isinstance(error, (HydraException, OmegaConfBaseException)):
         return ConfigError(" ".join(str(error).split()))
     return None
+
+
+def _not_yaml(error: MarkedYAMLError) -> ConfigError:
+    """What is wrong with a file, and in which line; parsers notice it a little later than people."""
+    mark = error.problem_mark or error.context_mark
+    context = f" {error.context}" if error.context else ""
+    begun = f" that begins in line {error.context_mark.line + 1}" if context and error.context_mark else ""
+    place = f"{mark.name}:{mark.line + 1}:{mark.column + 1}" if mark else "YAML"
+    return ConfigError(f"{place}: {error.problem}{context}{begun}")
 
 
 def unknown_key(error: ConfigAttributeError | ConfigKeyError) -> ConfigError:

@@ -9,9 +9,10 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from rl_design_space.design import DesignPoint
-from rl_design_space.design.identity import ABSENT_AS
+from rl_design_space.design.identity import ABSENT_AS, is_shipped
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
+from rl_design_space.sweep.source import source_of
 
 
 def fingerprint(point: DesignPoint) -> str:
@@ -19,10 +20,11 @@ def fingerprint(point: DesignPoint) -> str:
 
     Option names, tracking, paths and thread counts do not count: `reward=many_rewards reward.step=0` is the
     same point as `reward=each_success`. Nor do fields that were added later and have the value that stands for their
-    absence, see `design.identity.absent_as`.
+    absence, see `design.identity.absent_as`. The code of components that are not of this package counts, see
+    `sweep.source.source_of`.
 
     Raises:
-        ConfigError: a field of an option is not a plain value.
+        ConfigError: a field of an option is not a plain value, or an own component has no source.
     """
     content = {"kernel": KERNEL_VERSION, "point": _content(point)}
     try:
@@ -34,13 +36,17 @@ def fingerprint(point: DesignPoint) -> str:
 
 def _content(value: Any) -> Any:
     if is_dataclass(value):
-        kind = type(value)
-        shipped = kind.__module__.startswith("rl_design_space.")
-        name = kind.__qualname__ if shipped else f"{kind.__module__}:{kind.__qualname__}"
-        return {"is": name, **dict(_fields(value))}
+        return {**_kind(type(value)), **dict(_fields(value))}
     if isinstance(value, (list, tuple)):
         return [_content(item) for item in value]
     return value + 0.0 if isinstance(value, float) else value  # 0.0 and -0.0 are one number
+
+
+def _kind(kind: type) -> dict[str, str]:
+    """What a class is recognised by; the keys are words of Python, so that no field can have their name."""
+    if is_shipped(kind):
+        return {"is": kind.__qualname__}
+    return {"is": f"{kind.__module__}:{kind.__qualname__}", "from": source_of(kind)}
 
 
 def _fields(option: Any) -> Iterator[tuple[str, Any]]:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, overload
 
+from rl_design_space import user_config
 from rl_design_space.design import DesignPoint
 from rl_design_space.sweep.build import is_setting
 from rl_design_space.sweep.cost import expected_moves
 from rl_design_space.sweep.describe import parameters
 from rl_design_space.sweep.fingerprint import fingerprint
+from rl_design_space.sweep.source import sources
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +52,14 @@ class PlannedPoint:
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Every choice by its name on the command line: options first, then values."""
-        return {**self.options, **parameters(self.point)}
+        """Every choice by its name on the command line: options first, then values.
+
+        What the code of the user's own components is recognised by is there as well, e.g. `representation.source`.
+        """
+        own = dict(
+            pair for field in fields(self.point) for pair in sources(getattr(self.point, field.name), field.name)
+        )
+        return {**self.options, **own, **parameters(self.point)}
 
     @property
     def name(self) -> str:
@@ -61,7 +69,7 @@ class PlannedPoint:
     @property
     def command(self) -> str:
         """The command that runs this point alone."""
-        return shlex.join(["rl-design-space", *self.overrides])
+        return shlex.join(["rl-design-space", *user_config.flags(), *self.overrides])
 
 
 @dataclass(frozen=True)

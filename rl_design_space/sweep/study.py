@@ -10,9 +10,10 @@ from typing import Any
 
 from omegaconf import DictConfig
 
+from rl_design_space import user_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.build import build, is_of_a_sweep, is_setting, plain
-from rl_design_space.sweep.compose import Composer, planned_point
+from rl_design_space.sweep.compose import Composer
 from rl_design_space.sweep.constraint import Constraint, constraints_of
 from rl_design_space.sweep.grid import as_overrides, expand
 from rl_design_space.sweep.plan import Dropped, Plan, PlannedPoint
@@ -40,12 +41,12 @@ class Study:
     @property
     def command(self) -> str:
         """The command that runs it."""
-        return shlex.join(["rl-design-space", f"study={self.name}", *self.overrides])
+        return shlex.join(["rl-design-space", *user_config.flags(), f"study={self.name}", *self.overrides])
 
     @property
     def report_command(self) -> str:
         """The command that writes its report."""
-        return shlex.join(["rl-design-report", self.name, *self.overrides])
+        return shlex.join(["rl-design-report", *user_config.flags(), self.name, *self.overrides])
 
     @property
     def mark(self) -> str:
@@ -182,7 +183,7 @@ class _Grids:
                     self._dropped[name, constraint.why] += 1
                     break
             else:
-                planned = planned_point(parts, overrides, self._studies)
+                planned = self._composer.planned(parts, overrides, self._studies)
                 self._points.setdefault(planned.fingerprint, planned)
 
     def plan(self) -> Plan:

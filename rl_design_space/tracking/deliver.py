@@ -99,8 +99,9 @@ class Delivery:
         content = record.content
         run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
         self._log_artifacts(run_id, record.artifacts)
-        for name, value in content["views"].items():
-            self._client.set_experiment_tag(self._points, name, value)
+        for experiment, views in ((self._points, content["views"]), (self._sweeps, content["sweep_views"])):
+            for name, value in views.items():
+                self._client.set_experiment_tag(experiment, name, value)
 
     def _close_sweep(self, record: Record, again: bool) -> None:
         content = record.content

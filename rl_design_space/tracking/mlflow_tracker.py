@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from rl_design_space.errors import ConfigError
@@ -17,6 +17,7 @@ from rl_design_space.tracking.source import source_of
 from rl_design_space.tracking.spool import CLOSE, OPEN, STUDIES, TIDY, DamagedRecordError, Record, Spool, point_name
 from rl_design_space.tracking.store import StoreUnavailableError
 from rl_design_space.tracking.tracker import Settled, StoredRun, SweepEnding, SweepRecord
+from rl_design_space.tracking.views import points_tags, sweeps_tags
 
 if TYPE_CHECKING:
     from rl_design_space.learning import LearningCurves
@@ -213,12 +214,14 @@ class _Sweep:
         self._key = uuid4().hex
         tracker._claims.take(self._key)
         note = summary.opening_note(plan, command, tracker._origin)
-        self._content = {
+        self._content: dict[str, Any] = {
             "name": plan.name,
             "started": int(time.time() * 1000),
             "tags": {**record.study_tags(plan.studies), **tracker._origin, "mlflow.note.content": note},
         }
-        tracker._keep(Record(OPEN, self._key, {**self._content, "views": {}}, summary.opening_tables(plan)))
+        started = self._content["started"]
+        views = {"views": points_tags(plan, started), "sweep_views": sweeps_tags(started)}
+        tracker._keep(Record(OPEN, self._key, {**self._content, **views}, summary.opening_tables(plan)))
 
     def close(self, ending: SweepEnding) -> None:
         content = {

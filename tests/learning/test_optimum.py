@@ -60,5 +60,5 @@ def test_a_goal_out_of_reach_is_an_error_that_names_the_period():
     one_way = corridor(4)
     one_way[1] = np.arange(4)  # moves to the left stay
     layout = np.array([[0, 1, 3], [0, 3, 1]], dtype=np.int32)
-    with pytest.raises(ValueError, match=r"period 1: no way leads through the cells \[0, 3, 1\]"):
+    with pytest.raises(ValueError, match=r"in period 1 no way leads through the cells \[0, 3, 1\]"):
         shortest_tours(one_way, layout)

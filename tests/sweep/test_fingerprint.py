@@ -177,7 +177,7 @@ def test_points_that_are_nearly_the_same_are_told_apart(one: DesignPoint, other:
 
 
 def own_torus(module: str, name: str = "Torus") -> Torus:
-    return make_dataclass(name, [], bases=(Torus,), frozen=True, namespace={"__module__": module})()
+    return make_dataclass(name, [], bases=(Torus,), frozen=True, namespace={"__module__": module, "__version__": 1})()
 
 
 def test_components_of_the_same_name_are_told_apart_by_their_module():

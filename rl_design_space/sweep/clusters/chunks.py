@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from collections import deque
 from collections.abc import Generator, Hashable, Iterable, Iterator, Sequence
 from contextlib import closing
@@ -11,7 +10,7 @@ from time import sleep
 from typing import Protocol
 
 from rl_design_space.learning.curves import LearningCurves
-from rl_design_space.sweep.clusters.worker import Failure
+from rl_design_space.sweep.clusters.worker import Failure, prepared
 from rl_design_space.sweep.cost import expected_moves
 from rl_design_space.sweep.executor import Learned
 from rl_design_space.sweep.plan import PlannedPoint
@@ -29,7 +28,7 @@ Results = Sequence[LearningCurves | Failure]
 
 
 class Cluster(Protocol):
-    """Workers that learn chunks of pickled points."""
+    """Workers that learn chunks of prepared points."""
 
     @property
     def workers(self) -> int:
@@ -120,7 +119,7 @@ class _Learning:
                 break
             self._taken += 1
             try:
-                chunk.pickled.append(pickle.dumps(planned.point))
+                chunk.pickled.append(prepared(planned))
             except Exception as error:
                 failed.append((planned, error))
                 continue

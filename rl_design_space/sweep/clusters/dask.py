@@ -13,6 +13,7 @@ from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.sweep.clusters.chunks import Cluster, Results
 from rl_design_space.sweep.clusters.executor import PATIENCE, ClusterExecutor, unreachable, unusable
 from rl_design_space.sweep.clusters.worker import learn_chunk
+from rl_design_space.user_config import module_folders
 
 #: Of a local cluster: when a worker dies, its chunk comes back at once; and no other is waiting at that worker, which
 #: would look as guilty.
@@ -58,7 +59,7 @@ class _DaskCluster:
             raise unusable(self._address, error) from error
 
     def submit(self, points: list[bytes]) -> Any:
-        future = self._client.submit(learn_chunk, points, KERNEL_VERSION, pure=False)
+        future = self._client.submit(learn_chunk, points, KERNEL_VERSION, module_folders(), pure=False)
         future.add_done_callback(self._done.put)
         return future
 

@@ -15,6 +15,7 @@ from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.sweep.clusters.chunks import Cluster, Results
 from rl_design_space.sweep.clusters.executor import ClusterExecutor, unreachable, unusable
 from rl_design_space.sweep.clusters.worker import learn_chunk
+from rl_design_space.user_config import module_folders
 
 #: Ray tells nobody that it is used, and leaves the variables alone that hide GPUs, of which it would warn. Of what it
 #: would print it skips everything: workers that die are told by whoever waits for a result.
@@ -79,7 +80,7 @@ class _RayCluster:
         return int(self._ray.cluster_resources().get("CPU", 0))
 
     def submit(self, points: list[bytes]) -> Any:
-        task = self._learn_chunk.remote(points, KERNEL_VERSION)
+        task = self._learn_chunk.remote(points, KERNEL_VERSION, module_folders())
         self._tasks.add(task)
         return task
 

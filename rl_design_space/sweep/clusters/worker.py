@@ -6,9 +6,15 @@ import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass
 from traceback import extract_tb
+from typing import TYPE_CHECKING
 
 from rl_design_space.learning.curves import LearningCurves
 from rl_design_space.learning.version import KERNEL_VERSION
+from rl_design_space.sweep.fingerprint import fingerprint
+from rl_design_space.user_config import make_importable
+
+if TYPE_CHECKING:
+    from rl_design_space.sweep.plan import PlannedPoint
 
 
 @dataclass(frozen=True)
@@ -30,12 +36,22 @@ class Failure:
         return error
 
 
-def learn_chunk(points: Sequence[bytes], kernel: int) -> list[LearningCurves | Failure]:
+def prepared(planned: PlannedPoint) -> bytes:
+    """A point as workers get it, with its identity.
+
+    Raises:
+        Exception: a component cannot leave its process.
+    """
+    return pickle.dumps((planned.fingerprint, planned.point))
+
+
+def learn_chunk(points: Sequence[bytes], kernel: int, folders: Sequence[str] = ()) -> list[LearningCurves | Failure]:
     """Learn points one after the other, each whatever becomes of the others.
 
     Args:
-        points: pickled one by one, so that one that cannot be read here leaves the others alone.
+        points: prepared one by one, so that one that cannot be read here leaves the others alone.
         kernel: the version of the learning algorithm that is expected.
+        folders: where modules of the user's own are looked for.
 
     Raises:
         RuntimeError: the algorithm is another one here, so that results would not be those that are asked for.
@@ -44,14 +60,18 @@ def learn_chunk(points: Sequence[bytes], kernel: int) -> list[LearningCurves | F
         raise RuntimeError(
             f"the worker's rl-design-space learns by version {KERNEL_VERSION} of the algorithm, not by {kernel}"
         )
+    make_importable(folders)
     return [_learn(point) for point in points]
 
 
-def _learn(point: bytes) -> LearningCurves | Failure:
+def _learn(prepared_point: bytes) -> LearningCurves | Failure:
     from rl_design_space.learning.simulation import simulate
 
     try:
-        return simulate(pickle.loads(point), threads=1)
+        expected, point = pickle.loads(prepared_point)
+        if fingerprint(point) != expected:
+            raise RuntimeError("the worker has another version of an own component in memory; restart the workers")
+        return simulate(point, threads=1)
     except Exception as error:
         place = extract_tb(error.__traceback__)[-1]
         return Failure(type(error).__name__, f"{error} ({place.filename}:{place.lineno})")

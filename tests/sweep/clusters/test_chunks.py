@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Hashable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.sweep.clusters import chunks
 from rl_design_space.sweep.clusters.chunks import Results, learn_in_chunks
-from rl_design_space.sweep.clusters.worker import Failure, learn_chunk
+from rl_design_space.sweep.clusters.worker import Failure, learn_chunk, prepared
 from rl_design_space.sweep.plan import PlannedPoint
 
 
@@ -34,7 +34,7 @@ class Played:
     closed: int = 0
 
     def submit(self, points: list[bytes]) -> Hashable:
-        sizes = [pickle.loads(one).world.size for one in points]
+        sizes = [pickle.loads(one)[1].world.size for one in points]
         self.submitted.append(sizes)
         self.waiting[len(self.submitted)] = points
         return len(self.submitted)
@@ -43,7 +43,7 @@ class Played:
         task = min(self.waiting)
         points = self.waiting.pop(task)
         for one in points:
-            size = pickle.loads(one).world.size
+            size = pickle.loads(one)[1].world.size
             if self.deadly.get(size, 0):
                 self.deadly[size] -= 1
                 return [(task, None)]
@@ -158,14 +158,21 @@ class Broken(Torus):
 
 
 def test_a_point_that_fails_on_a_worker_comes_back_in_words():
-    broken = DesignPoint(world=Broken(size=4), task=Task(periods=1))
-    fine = DesignPoint(world=Torus(size=4), task=Task(periods=1, trials=1))
-    first, second = learn_chunk([pickle.dumps(broken), pickle.dumps(fine)], KERNEL_VERSION)
+    broken = PlannedPoint.of(DesignPoint(world=Broken(size=4), task=Task(periods=1)), {})
+    fine = PlannedPoint.of(DesignPoint(world=Torus(size=4), task=Task(periods=1, trials=1)), {})
+    first, second = learn_chunk([prepared(broken), prepared(fine)], KERNEL_VERSION)
     assert isinstance(first, Failure)
     assert isinstance(second, LearningCurves)
     error = pickle.loads(pickle.dumps(first)).error()
     assert type(error).__name__ == "ArithmeticError"
     assert str(error).startswith("no luck (")
+
+
+def test_a_worker_with_another_version_of_an_own_component_says_so():
+    planned = PlannedPoint.of(DesignPoint(world=Torus(size=4), task=Task(periods=1, trials=1)), {})
+    (failure,) = learn_chunk([prepared(replace(planned, fingerprint="0" * 64))], KERNEL_VERSION)
+    assert isinstance(failure, Failure)
+    assert "another version of an own component" in failure.text
 
 
 def test_a_worker_with_another_algorithm_learns_nothing():

@@ -1,0 +1,63 @@
+"""The pictures of docs/mlflow.md, made anew with Chromium: python -m docs.screenshots.
+
+Runs two of the paper's studies into a temporary folder, starts `rl-design-space ui` there, opens the addresses that it
+names, and writes docs/images/mlflow-*.png. Takes a minute; needs what the tests need.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from tests.commands import SCRIPTS, environment
+from tests.devtools import Tab, tab
+from tests.ui_command import ui_of
+
+_IMAGES = Path(__file__).parent / "images"
+_ROWS = "document.querySelectorAll('.ag-center-cols-container .ag-row').length"
+
+
+def main() -> None:
+    """Run, serve, photograph."""
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "temporary").mkdir()
+        # Who ran it is none of the readers' business.
+        as_reader = environment(folder, LOGNAME="reader", USER="reader")
+        command = [SCRIPTS / "rl-design-space", "study=fig2", "outputs=out"]
+        subprocess.run(command, cwd=folder, env=as_reader, check=True)
+        with ui_of(folder, "out") as links, tab(folder / "profile") as page:
+            page.before_each_page("localStorage.setItem('mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true')")
+            _table(page, links["study fig2"])
+            _charts(page, links["study fig2"])
+            _sweep(page, links["all sweeps"])
+
+
+def _table(page: Tab, address: str) -> None:
+    page.size(1520, 710)
+    page.open(address)
+    page.wait(f"{_ROWS} == 10")
+    page.photograph(_IMAGES / "mlflow-table.png")
+
+
+def _charts(page: Tab, address: str) -> None:
+    page.size(1500, 1240)
+    page.open(f"{address}&compareRunsMode=CHART")
+    page.wait("[...document.querySelectorAll('.js-plotly-plot')].filter(plot => plot.data?.length).length >= 6")
+    page.photograph(_IMAGES / "mlflow-charts.png")
+
+
+def _sweep(page: Tab, address: str) -> None:
+    page.size(1500, 1090)
+    page.open(address)
+    page.wait(f"{_ROWS} == 1")
+    page.evaluate("document.querySelector('.ag-row a[href*=\"/runs/\"]').click()")
+    page.wait("document.body.innerText.includes('Fewest total_steps')")
+    page.evaluate("[...document.querySelectorAll('button')].find(button => button.innerText == 'Show more').click()")
+    page.wait("document.body.innerText.includes('Show less')")
+    page.photograph(_IMAGES / "mlflow-sweep.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,120 @@
+"""What the components of a design point yield, checked, because compiled code trusts its indices."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rl_design_space._arrays import FloatArray, IntArray
+from rl_design_space.design import DesignPoint, cell_count, open_cells
+from rl_design_space.design.identity import full_name
+from rl_design_space.errors import ConfigError
+
+Scalar = TypeVar("Scalar", bound=np.generic)
+_LARGEST = float(np.finfo(np.float64).max)
+
+
+def transitions(point: DesignPoint) -> NDArray[np.int32]:
+    """(4, cells) int32, where each move leads.
+
+    Raises:
+        ConfigError: the world yields a table of the wrong shape, type or range.
+    """
+    cells = cell_count(point.world)
+    return _checked("world", point.world, "next_cell", point.world.next_cell(), (4, cells), np.int32, 0, cells - 1)
+
+
+def places(point: DesignPoint) -> NDArray[np.int32]:
+    """(k,) int32, ascending, the cells where starts and goals lie.
+
+    Raises:
+        ConfigError: as above, or there are not enough of them.
+    """
+    world, cells, name = point.world, open_cells(point.world), full_name(type(point.world))
+    shape = cells.shape if isinstance(cells, np.ndarray) and cells.ndim == 1 else (cell_count(world),)
+    _checked("world", world, "open_cells", cells, shape, np.int32, 0, cell_count(world) - 1)
+    if not (np.diff(cells) > 0).all():
+        raise ConfigError(f"world: {name}.open_cells() should give each cell once, in ascending order")
+    if len(cells) <= point.task.goals:
+        raise ConfigError(
+            f"task.goals={point.task.goals}: start and goals lie on different cells, "
+            f"and {name} has only {len(cells)} open ones"
+        )
+    return cells
+
+
+def epsilons(point: DesignPoint) -> FloatArray:
+    """(trials,) float64, the probability of exploring.
+
+    Raises:
+        ConfigError: the schedule is of the wrong length, type or range.
+    """
+    trials = point.task.trials
+    schedule = point.exploration.schedule(trials)
+    return _checked("exploration", point.exploration, "schedule", schedule, (trials,), np.float64, 0, 1)
+
+
+def rewards(point: DesignPoint) -> FloatArray:
+    """(3,) float64, for a move, a due sub-goal, the due final goal.
+
+    Raises:
+        ConfigError: the table is of the wrong shape, type or range.
+    """
+    return _checked("reward", point.reward, "table", point.reward.table(), (3,), np.float64, -_LARGEST, _LARGEST)
+
+
+def lengths(point: DesignPoint) -> NDArray[np.int32]:
+    """(1 + m,) int32, primitive moves of every action length; the first is 1.
+
+    Raises:
+        ConfigError: the lengths are of the wrong number, type or range.
+    """
+    msa = point.msa
+    table = _checked(
+        "msa", msa, "action_lengths", msa.action_lengths(), (1 + len(msa.lengths),), np.int32, 1, 1_000_000
+    )
+    if table[0] != 1 or len(np.unique(table)) != len(table):
+        raise ConfigError(
+            f"msa: {full_name(type(msa))}.action_lengths() should begin with 1 and hold every length once"
+        )
+    return table
+
+
+def observation_codes(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
+    """What the agent observes in some periods.
+
+    Args:
+        point: whose representation is used.
+        goals: (periods, n_goals).
+
+    Returns:
+        (periods, n_goals, cells) int64 codes, contiguous, by success counter and cell.
+
+    Raises:
+        ConfigError: the representation yields codes of the wrong shape, type or range.
+    """
+    codes, shape = point.representation.observation(point.world, goals), (*goals.shape, cell_count(point.world))
+    _checked("representation", point.representation, "observation", codes, shape, np.int64, 0, 2**63 - 1)
+    return np.ascontiguousarray(codes)
+
+
+def _checked(
+    choice: str,
+    component: object,
+    method: str,
+    table: object,
+    shape: tuple[int, ...],
+    dtype: type[Scalar],
+    low: float,
+    high: float,
+) -> NDArray[Scalar]:
+    wanted = f"{choice}: {full_name(type(component))}.{method}() should give {np.dtype(dtype)} of shape {shape}"
+    if not isinstance(table, np.ndarray) or table.shape != shape or table.dtype != dtype:
+        found = f"{table.dtype} of shape {table.shape}" if isinstance(table, np.ndarray) else type(table).__name__
+        raise ConfigError(f"{wanted}, not {found}")
+    if not table.size or not (table.min() >= low and table.max() <= high):  # no number at all is neither
+        found = f"it gives {table.min()} to {table.max()}" if table.size else "it gives none"
+        raise ConfigError(f"{wanted}, all from {low} to {high}; {found}")
+    return table

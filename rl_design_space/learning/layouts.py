@@ -1,0 +1,25 @@
+"""Starts and goals of a design point."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rl_design_space.design import DesignPoint
+from rl_design_space.learning.checked import places
+from rl_design_space.learning.streams import layouts
+
+
+def layouts_of(point: DesignPoint, periods: int | None = None) -> NDArray[np.int32]:
+    """Start and goals of each period: (periods, 1 + n_goals) cell numbers, distinct in a row.
+
+    Args:
+        point: whose they are.
+        periods: how many of them, from the first; all if None.
+
+    Raises:
+        ConfigError: the world has too few open cells, or does not yield them properly.
+    """
+    cells = places(point)
+    drawn = layouts(point.seed, len(cells), point.task.goals, point.task.periods if periods is None else periods)
+    return cells[drawn]

@@ -1,0 +1,51 @@
+"""Which cells of a world can be reached from which, whatever its transitions are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def reached_from(next_cell: NDArray[np.int32], start: int) -> NDArray[np.bool_]:
+    """(cells,) whether some moves lead from a cell to this one; the cell itself is reached.
+
+    Args:
+        next_cell: (4, cells) transition table.
+        start: the cell.
+    """
+    reached = np.zeros(next_cell.shape[1], dtype=np.bool_)
+    new = np.array([start])
+    while new.size:
+        reached[new] = True
+        new = np.unique(next_cell[:, new])
+        new = new[~reached[new]]
+    return reached
+
+
+def leading_to(next_cell: NDArray[np.int32], goal: int) -> NDArray[np.bool_]:
+    """(cells,) whether some moves lead from this cell to another one; the cell itself does.
+
+    Args:
+        next_cell: (4, cells) transition table.
+        goal: the other cell.
+    """
+    leading = np.zeros(next_cell.shape[1], dtype=np.bool_)
+    leading[goal], count = True, 0
+    while count < (count := int(leading.sum())):
+        leading |= leading[next_cell].any(axis=0)
+    return leading
+
+
+def missing_way(next_cell: NDArray[np.int32], cells: NDArray[np.int32]) -> tuple[int, int] | None:
+    """Two of these cells with no way from the first to the second; None if all can be reached from all.
+
+    Args:
+        next_cell: (4, cells) transition table.
+        cells: cell numbers.
+    """
+    first = int(cells[0])
+    unreached = cells[~reached_from(next_cell, first)[cells]]
+    if unreached.size:
+        return first, int(unreached[0])
+    caught = cells[~leading_to(next_cell, first)[cells]]
+    return (int(caught[0]), first) if caught.size else None

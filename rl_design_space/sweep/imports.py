@@ -1,0 +1,98 @@
+"""The source of a module, and which modules beside it it imports; without importing any."""
+
+from __future__ import annotations
+
+import ast
+import io
+import sysconfig
+import tokenize
+from collections.abc import Iterator
+from importlib.util import resolve_name
+from pathlib import Path
+
+_PACKAGE = "rl_design_space"
+
+
+def modules_beside(name: str, file: Path) -> dict[str, Path]:
+    """A module and all that it imports, directly or not, from the folder that it lies in or from below it.
+
+    The folder of `mine` and of `mine.parts.walls` is the one that holds `mine`. Of an installed package, only modules
+    of the same package belong to it. Imports inside functions count; those by a computed name are not seen.
+
+    Returns:
+        Files by the name of their module.
+    """
+    folder = file.parents[name.count(".") + (file.name == "__init__.py")]
+    only = name.partition(".")[0] if _is_installed(folder) else None
+    found: dict[str, Path] = {}
+    left = [(name, file)]
+    while left:
+        module, path = left.pop()
+        if module in found:
+            continue
+        found[module] = path
+        package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+        for imported in _imported(path, package):
+            top = imported.partition(".")[0]
+            source = _file_of(imported, folder)
+            if source and top != _PACKAGE and only in (None, top):
+                left.append((imported, source))
+    return found
+
+
+def code(file: Path) -> str:
+    """The source in a file without its comments and blank lines; what stands in texts is left alone."""
+    source = _read(file)
+    lines: list[str | None] = [*source.split("\n")]
+    try:
+        tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
+    except (SyntaxError, tokenize.TokenError):
+        return source
+    for token in tokens:
+        row, column = token.start[0] - 1, token.start[1]
+        if token.type == tokenize.COMMENT:
+            lines[row] = (lines[row] or "")[:column].rstrip()
+        if token.type == tokenize.NL and not (lines[row] or "").strip():
+            lines[row] = None
+    return "\n".join(line for line in lines if line is not None).rstrip("\n")
+
+
+def _read(file: Path) -> str:
+    with tokenize.open(file) as opened:
+        return opened.read()
+
+
+def _imported(file: Path, package: str) -> Iterator[str]:
+    """Names of modules that a file may import; some may be names of what is in a module."""
+    try:
+        tree = ast.parse(_read(file))
+    except SyntaxError:
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = "." * node.level + (node.module or "")
+            try:
+                base = resolve_name(base, package)
+            except ImportError:  # beyond the outermost package
+                continue
+            names = [base, *(f"{base}.{alias.name}" for alias in node.names)]
+        else:
+            continue
+        for name in names:
+            parts = name.split(".")
+            yield from (".".join(parts[:count]) for count in range(1, len(parts) + 1))
+
+
+def _file_of(name: str, folder: Path) -> Path | None:
+    """The source of a module in a folder, if it is there."""
+    place = folder.joinpath(*name.split("."))
+    return next((path for path in (place / "__init__.py", place.with_name(f"{place.name}.py")) if path.is_file()), None)
+
+
+def _is_installed(folder: Path) -> bool:
+    return str(folder) in {sysconfig.get_path(name) for name in ("purelib", "platlib", "stdlib")} or folder.name in (
+        "site-packages",
+        "dist-packages",
+    )

@@ -1,0 +1,108 @@
+"""A server of MLflow's UI for this machine alone, as small as MLflow has it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from http.client import HTTPException
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from urllib.error import URLError
+from urllib.request import urlopen
+
+from rl_design_space.errors import ConfigError
+
+_HOST = "127.0.0.1"
+#: One process that serves, none that executes jobs, nothing that leaves the machine.
+_LEAN = {
+    "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false",
+    "MLFLOW_DISABLE_TELEMETRY": "true",
+    "DO_NOT_TRACK": "true",
+}
+#: Seconds that a server may take to start, and to end before it is killed; between two looks at it.
+_START, _END, _PAUSE = 180, 10, 0.2
+#: Lines of the server's log that are shown if it does not start.
+_LOG_LINES = 15
+
+
+@contextmanager
+def serving(uri: str, port: int, artifacts: Path) -> Iterator[str]:
+    """Serve the UI of a tracking store until the block ends; then no process is left.
+
+    Args:
+        uri: of the store, which exists.
+        port: to listen at.
+        artifacts: folder for the artifacts of experiments that are created through the server.
+
+    Yields:
+        The address, once the server answers there.
+
+    Raises:
+        ConfigError: the port is taken, or the server does not start.
+    """
+    _check_free(port)
+    address = f"http://{_HOST}:{port}"
+    with TemporaryDirectory() as folder:
+        log = Path(folder) / "server.log"
+        server = _start(uri, port, artifacts, log)
+        try:
+            _wait(server, f"{address}/health", log)
+            yield address
+        finally:
+            _end(server)
+
+
+def _check_free(port: int) -> None:
+    with socket.socket() as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((_HOST, port))
+        except (OSError, OverflowError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "no port has this number"
+            raise ConfigError(f"--port {port}: cannot be used ({reason}); give another, e.g. --port 5001") from error
+
+
+def _start(uri: str, port: int, artifacts: Path, log: Path) -> subprocess.Popen[bytes]:
+    words = ["server", "--host", _HOST, "--port", str(port), "--workers", "1"]
+    # The store goes through the environment: its URI may hold a password, which others could see among the arguments.
+    environment = {**os.environ, **_LEAN, "MLFLOW_BACKEND_STORE_URI": uri}
+    with log.open("wb") as output:
+        return subprocess.Popen(
+            [sys.executable, "-m", "mlflow", *words, "--artifacts-destination", artifacts.absolute().as_uri()],
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env=environment,
+            # A group of its own: Ctrl-C reaches us alone, and the server ends with all that it has started.
+            start_new_session=True,
+        )
+
+
+def _wait(server: subprocess.Popen[bytes], health: str, log: Path) -> None:
+    deadline = time.monotonic() + _START
+    while server.poll() is None and time.monotonic() < deadline:
+        with suppress(URLError, HTTPException, OSError), urlopen(health, timeout=1):
+            return
+        time.sleep(_PAUSE)
+    last = log.read_text(errors="replace").splitlines()[-_LOG_LINES:]
+    raise ConfigError("\n".join(["MLflow's server did not start; it said:", *last]))
+
+
+def _end(server: subprocess.Popen[bytes]) -> None:
+    _signal(server, signal.SIGTERM)
+    with suppress(subprocess.TimeoutExpired):
+        server.wait(_END)
+    _signal(server, signal.SIGKILL)
+    server.wait()
+
+
+def _signal(server: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    """To the server and all that it has started, whatever of them is left."""
+    with suppress(ProcessLookupError):
+        os.killpg(server.pid, number)

@@ -1,0 +1,83 @@
+"""docs/components.md does what it says: its files and commands, in an empty folder."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from markdown_it import MarkdownIt
+
+from tests.commands import SCRIPTS, Completed, environment
+
+PAGE = (Path(__file__).parents[1] / "docs" / "components.md").read_text(encoding="utf-8")
+BLOCKS = [(token.info.split(), token.content) for token in MarkdownIt().parse(PAGE) if token.type == "fence"]
+FILES = {words[1]: content for words, content in BLOCKS if len(words) == 2}
+COMMANDS = [line for words, content in BLOCKS if words == ["sh"] for line in content.splitlines()]
+#: Each kind's own option beside a built-in one.
+KINDS = [
+    ("representation", "ad_hoc", "rings"),
+    ("exploration", "constant", "hyperbolic"),
+    ("reward", "many_rewards", "even"),
+    ("world", "torus", "maze"),
+    ("msa", "none", "doubling"),
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that holds the files of the page, and nothing else."""
+    folder = tmp_path_factory.mktemp("page")
+    for name, content in FILES.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(content, encoding="utf-8")
+    return folder
+
+
+def run(folder: Path, *words: str) -> Completed:
+    program = str(SCRIPTS / words[0]) if words[0].startswith("rl-") else words[0]
+    variables = environment(folder, TMPDIR=str(folder))
+    done = subprocess.run([program, *words[1:]], cwd=folder, env=variables, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
+
+
+def test_every_kind_has_a_module_and_an_option():
+    assert {f"conf/{kind}/{own}.yaml" for kind, _, own in KINDS} | {f"{own}.py" for _, _, own in KINDS} <= set(FILES)
+    assert len(COMMANDS) == 4
+
+
+def test_the_commands_of_the_page_run(folder: Path):
+    shown = [run(folder, *shlex.split(command)).stdout for command in COMMANDS]
+    assert "wrote my_rings.py" in shown[0]
+    assert "2 points, 2 learned now" in shown[1]
+    assert "5 points, 5 learned now" in shown[2]
+    assert {Path(line).name for line in shown[3].splitlines()} == {
+        f"mine.{kind}" for kind in ("png", "svg", "csv", "md")
+    }
+
+
+@pytest.mark.parametrize(("kind", "built_in", "own"), KINDS)
+def test_an_example_of_the_page_is_swept_beside_a_built_in_option(kind: str, built_in: str, own: str, folder: Path):
+    small = ("task.periods=2", "task.trials=3", "task.goals=1", "tracking=none")
+    done = run(folder, "rl-design-space", "--config-dir", "conf", "-m", f"{kind}={built_in},{own}", *small)
+    assert "2 points, 2 learned now, 0 before, 0 failed" in done.stdout
+    assert done.stderr == ""
+
+
+def test_the_contract_test_of_the_page_passes(folder: Path):
+    assert (
+        "1 passed"
+        in run(folder, sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_rings.py").stdout
+    )
+
+
+def test_the_checks_and_kinds_that_the_page_names_exist():
+    from rl_design_space import contracts
+    from rl_design_space.commands.new import KINDS as MADE
+
+    assert set(re.findall(r"`(check_\w+)`", PAGE)) == {name for name in vars(contracts) if name.startswith("check_")}
+    assert set(MADE) == {kind for kind, _, _ in KINDS} | {"study"}
