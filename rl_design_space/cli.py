@@ -39,9 +39,9 @@ def main() -> None:
         with shown_as_messages():
             commands.run(arguments[0], arguments[1:])
         return
-    if {"-h", "--help"} & set(sys.argv[1:]):
+    if {"-h", "--help"} & set(arguments):
         with shown_as_messages():
-            _show_help(sys.argv[1:])
+            _show_help(arguments)
         return
     from rl_design_space.sweep.arguments import read_command_line
     from rl_design_space.sweep.search_path import look_in_user_folder_first
@@ -91,9 +91,9 @@ def _show_help(arguments: list[str]) -> None:
     from rl_design_space.catalogue.overview import overview
     from rl_design_space.catalogue.search import searched
 
-    flags = get_args_parser().parse_intermixed_args(arguments)
-    searchpath = [override for override in flags.overrides if override.lstrip("+").startswith("hydra.searchpath=")]
-    with searched(flags.config_dir, searchpath) as search:
+    overrides = get_args_parser().parse_intermixed_args(arguments).overrides
+    searchpath = [override for override in overrides if override.lstrip("+").startswith("hydra.searchpath=")]
+    with searched(searchpath=searchpath) as search:
         print(overview(search, commands.summaries()), end="")
 
 

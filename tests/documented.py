@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 import subprocess
 from collections.abc import Iterator
@@ -21,7 +20,7 @@ SMALL = ("task.periods=2", "task.trials=5", "threads=1")
 
 
 class File(NamedTuple):
-    """A fence behind a paragraph that ends with a path, as in "This is `mine/world/large.yaml`:"."""
+    """A fence whose second word is the path of the file, as in `yaml mine/world/large.yaml`."""
 
     path: str
     text: str
@@ -39,16 +38,12 @@ def parts_of(page: Path) -> list[File | Typed]:
 
 
 def _parts(text: str) -> Iterator[File | Typed]:
-    paragraph = ""
     for token in MarkdownIt("commonmark").parse(text):
-        if token.type == "inline":
-            paragraph = token.content
-        elif token.type == "fence":
-            if named := re.search(r"`([\w./-]+\.\w+)`:$", paragraph):
-                yield File(named[1], token.content)
-            elif token.info == "sh":
-                yield from _commands(token.content)
-            paragraph = ""
+        language, _, path = token.info.partition(" ")
+        if token.type == "fence" and path:
+            yield File(path, token.content)
+        elif token.type == "fence" and language == "sh":
+            yield from _commands(token.content)
 
 
 def _commands(text: str) -> Iterator[Typed]:

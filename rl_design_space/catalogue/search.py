@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import Any, cast
 
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
-from hydra._internal.config_repository import ConfigRepository
-from hydra.core.config_search_path import SearchPathQuery
 from hydra.core.default_element import GroupDefault
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.object_type import ObjectType
 from hydra.plugins.config_source import ConfigResult, ConfigSource
 from omegaconf import OmegaConf
 
+from rl_design_space import user_config
 from rl_design_space._paths import make_plugins_known
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.compose import CONFIG_NAME, OPTION_GROUPS, shipped_config
@@ -106,23 +105,15 @@ class Search:
 
 @contextmanager
 def searched(config_dir: str | None = None, searchpath: Sequence[str] = ()) -> Iterator[Search]:
-    """Have Hydra look at the shipped configuration and at folders of a user's own.
+    """Have Hydra look at a folder of the user's own, and at the shipped configuration.
 
     Args:
-        config_dir: a folder that holds groups, as `--config-dir` names it.
+        config_dir: the folder, as `--config-dir` names it; if None, the one that is in use, if any.
         searchpath: `hydra.searchpath=…` overrides.
 
     Raises:
         ConfigError: there is no such folder.
     """
     make_plugins_known()
-    with shipped_config():
-        if config_dir is not None:
-            if not Path(config_dir).is_dir():
-                raise ConfigError.at("--config-dir", config_dir, "there is no such folder")
-            # As Hydra does it for --config-dir.
-            loader = cast(ConfigLoaderImpl, GlobalHydra.instance().config_loader())
-            path = loader.get_search_path()
-            path.prepend("command-line", f"file://{Path(config_dir).resolve()}", SearchPathQuery(provider="schema"))
-            loader.repository = ConfigRepository(config_search_path=path)
+    with user_config.used(config_dir), shipped_config():
         yield Search(searchpath)

@@ -60,7 +60,8 @@ def _studies() -> str:
     from rl_design_space.catalogue.overview import study_list
     from rl_design_space.catalogue.search import searched
 
-    with searched() as search:
+    folder, _ = user_config.take_flag(sys.argv[1:])
+    with searched(folder) as search:
         return "\n".join(("studies:", *study_list(search), "", "example: rl-design-report table4 outputs=outputs"))
 
 

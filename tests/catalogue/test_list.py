@@ -106,7 +106,7 @@ def test_choices_of_ones_own_are_listed(told: Told, own: Path):
     ("arguments", "message"),
     [
         (["wordl"], "wordl: no such choice; did you mean world?"),
-        (["world", "--config-dir", "nowhere"], "--config-dir=nowhere: there is no such folder"),
+        (["world", "--config-dir", "nowhere"], "--config-dir nowhere: there is no such folder"),
         (["world", "seed=1"], "seed=1: list takes no override"),
         (["seed=1"], "seed=1: list takes no override"),
         (["world", "torus"], "torus: not an override"),
