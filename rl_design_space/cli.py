@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 command_line: CommandLine | None = None
 #: Jobs that sweepers of Hydra have had run. They take a sweep that matches nothing for a success.
 jobs = 0
+#: Whether results wait to be told to a store that takes nothing.
+unsettled = False
 
 
 def main() -> None:
@@ -46,6 +48,8 @@ def main() -> None:
             application()
             if not jobs and command_line.foreign:
                 raise ConfigError("no design point in this sweep: one of its overrides matches nothing")
+        if unsettled:
+            sys.exit(1)
     except KeyboardInterrupt:
         print("interrupted; the same command goes on where this one stopped", file=sys.stderr)
         sys.exit(130)
@@ -76,21 +80,29 @@ def _keep_options_in_one_copy() -> None:
 
 
 def _run_point(config: DictConfig) -> float:
+    global unsettled
     from rl_design_space.sweep.build import build_settings
     from rl_design_space.sweep.compose import parts_of, planned_point
     from rl_design_space.sweep.objective import objective_value
     from rl_design_space.sweep.run import run_point
-    from rl_design_space.terminal import console, point_table
+    from rl_design_space.terminal import awaiting_line, console, point_table
 
     run = HydraConfig.get()
     settings = build_settings(config)
     planned = planned_point(parts_of(config, run.runtime.choices), run.overrides.task)
     tracker = settings.tracking.open(command_line.command if command_line else planned.command)
-    stored, scalars, learned = run_point(
+    stored, learned = run_point(
         planned,
         tracker,
         settings.threads,
         lambda: console.print("another process is at this point; waiting for it"),
     )
-    console.print(point_table(planned, stored, scalars, tracker.location, learned))
-    return objective_value(settings.objective, scalars)
+    settled = tracker.settle()
+    stored = tracker.finished([planned.fingerprint]).get(planned.fingerprint, stored)
+    console.print(point_table(planned, stored, tracker.location, learned))
+    if settled.lost:
+        raise RuntimeError(f"its record {settled.lost[planned.fingerprint]}")
+    if settled.awaiting:
+        console.print(awaiting_line(settled, tracker), markup=False, soft_wrap=True)
+        unsettled = True
+    return objective_value(settings.objective, stored.scalars)

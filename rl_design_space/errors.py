@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 
+#: A URI up to its password, and that.
+_PASSWORD = re.compile(r"(://[^/\s:@]*):[^/\s@]+@")
 _FULL_ERROR = "HYDRA_FULL_ERROR"
 #: Whether the user asked for tracebacks; read before the command line sets the variable for its own ends.
 _TRACEBACKS = os.environ.get(_FULL_ERROR, "0") not in ("", "0")
@@ -54,4 +57,14 @@ def _as_typed(value: object) -> str:
         return {None: "null", True: "true", False: "false"}[value]
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(_as_typed, value))}]"
-    return str(value)
+    return without_passwords(str(value))
+
+
+def has_password(text: str) -> bool:
+    """Whether a text holds a URI with a password."""
+    return _PASSWORD.search(text) is not None
+
+
+def without_passwords(text: str) -> str:
+    """The same text, with what is secret in its URIs left out."""
+    return _PASSWORD.sub(r"\1:…@", text)

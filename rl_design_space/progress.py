@@ -41,6 +41,7 @@ class Display:
         self._ended = self._failed = 0
         self._work = self._work_left = sum(_work(planned) for planned in found.points)
         self._under_way: dict[str, str] = {}
+        self._settling = ""
         self._times: deque[float] = deque(maxlen=_RECENT)
         self._begun = self._shown = monotonic()
         self._lock = Lock()
@@ -91,12 +92,21 @@ class Display:
             self._shown = monotonic()
             self._print(f"[{self._before + self._ended}/{self._total}] {self._state()}{self._names()}")
 
+    def waiting(self, left: int, trouble: str) -> None:
+        """All is learned; so many records are still to be told to the store, and this is wrong with it, if anything."""
+        self._settling = f"writing {left:,} records to the store{f': {trouble}' if trouble else ''}"
+        if not console.is_terminal and monotonic() - self._shown >= _INTERVAL:
+            self._shown = monotonic()
+            self._print(self._settling)
+
     def _render(self) -> Group:
         self._bar.update(self._task, completed=self._before + self._ended, state=self._state())
         names = list(self._under_way.values())
         lines = [Text(f"  {name}", style="dim", no_wrap=True, overflow="ellipsis") for name in names[:_NAMED]]
         if len(names) > _NAMED:
             lines.append(Text(f"  … and {len(names) - _NAMED} more under way", style="dim"))
+        if self._settling:
+            lines.append(Text(f"  {self._settling}", style="dim", no_wrap=True, overflow="ellipsis"))
         return Group(self._bar, *lines)
 
     def _state(self) -> str:

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from rl_design_space.sweep.plan import Plan, PlannedPoint
 from rl_design_space.sweep.run import Outcome
-from rl_design_space.tracking.tracker import StoredRun
+from rl_design_space.tracking.tracker import Settled, StoredRun, Tracker
 
 console = Console(highlight=False)
 #: Half the width of a 95 % interval, in standard errors.
@@ -23,10 +23,9 @@ _MINUTE, _HOUR = 60, 3600
 _TENTHS = 10
 
 
-def point_table(
-    planned: PlannedPoint, stored: StoredRun, scalars: Mapping[str, float], location: str, learned: bool
-) -> Table:
+def point_table(planned: PlannedPoint, stored: StoredRun, location: str, learned: bool) -> Table:
     """The choices of a point and what came of them."""
+    scalars = stored.scalars
     table = Table(box=SIMPLE_HEAD, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
@@ -67,10 +66,11 @@ def plan_lines(plan: Plan) -> list[str]:
     """How the points of a plan were counted."""
     dropped = [f"- {each.count:,} dropped by {each.constraint} of {each.study}: {each.why}" for each in plan.dropped]
     repeated = [f"- {plan.duplicates:,} that are the same point as another one"] if plan.duplicates else []
-    return [_counted(plan.combinations, "combination"), *dropped, *repeated, f"= {_counted(plan.whole, 'point')}"]
+    return [counted(plan.combinations, "combination"), *dropped, *repeated, f"= {counted(plan.whole, 'point')}"]
 
 
-def _counted(number: int, what: str) -> str:
+def counted(number: int, what: str) -> str:
+    """A number of things: `1 point`, `2,000 points`."""
     return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
@@ -84,7 +84,16 @@ def outcome_line(plan: Plan, outcome: Outcome, location: str) -> str:
     if counts["left"]:
         parts.append(f"{counts['left']:,} not run")
     spent = ", ".join(f"{name} {duration(seconds)}" for name, seconds in outcome.seconds.items())
-    return f"{plan.name}: {_counted(len(plan), 'point')}, {', '.join(parts)}; in {location} ({spent})"
+    return f"{plan.name}: {counted(len(plan), 'point')}, {', '.join(parts)}; in {location} ({spent})"
+
+
+def awaiting_line(settled: Settled, tracker: Tracker) -> str:
+    """How many results the store does not have, why, and what to do about it."""
+    results = counted(settled.awaiting, "result")
+    return (
+        f"{results} of this and earlier commands safe on disk, not yet in {tracker.location}: {settled.why}\n"
+        "to deliver when it is back: rl-design-space sync"
+    )
 
 
 def duration(seconds: float) -> str:

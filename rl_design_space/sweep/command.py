@@ -88,9 +88,8 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
         )
     if outcome.failed:
         console.print(failure_table(plan, outcome.failed))
-    stored = tracker.finished([planned.fingerprint for planned in plan if planned.fingerprint not in objectives.values])
-    for fingerprint, run in stored.items():
-        objectives.values[fingerprint] = objective_value(settings.objective, tracker.scalars(run))
+    for fingerprint, run in outcome.stored.items():
+        objectives.values.setdefault(fingerprint, objective_value(settings.objective, run.scalars))
     return [_job_return(planned, objectives.values, outcome) for planned in jobs]
 
 
@@ -113,6 +112,9 @@ class _Objectives:
             scalars = result.scalars(planned.point.world.shape)
             self.values[planned.fingerprint] = objective_value(self._objective, scalars)
         self.display.ended(planned, result)
+
+    def waiting(self, left: int, trouble: str) -> None:
+        self.display.waiting(left, trouble)
 
 
 def _job_return(planned: PlannedPoint, objectives: Mapping[str, float], outcome: Outcome) -> JobReturn:
@@ -194,29 +196,33 @@ def _run(plan: Plan, found: Missing, tracker: Tracker, settings: Settings, launc
 
 def _run_as_jobs(plan: Plan, found: Missing, tracker: Tracker, launcher: Launcher, command: str) -> Outcome:
     """Have a launcher of Hydra's run the missing points; each job composes, learns and records its own."""
-    outcome = Outcome(len(plan), already=len(found.stored))
+    outcome = Outcome(len(plan), already=len(found.stored), stored=dict(found.stored))
     add_studies(plan, found.stored, tracker)
-    if not found.points:
-        return outcome
-    with summary(plan, outcome, tracker, command):
-        jobs = launcher.launch([planned.overrides for planned in found.points], initial_job_idx=0)
-        for planned, job in zip(found.points, jobs, strict=True):
-            try:
-                _ = job.return_value
-                outcome.done += 1
-            except Exception as error:
-                outcome.failed[planned.fingerprint] = describe_error(error)
-        add_studies(plan, tracker.finished([planned.fingerprint for planned in found.points]), tracker)
+    if found.points:
+        with summary(plan, outcome, tracker, command):
+            jobs = launcher.launch([planned.overrides for planned in found.points], initial_job_idx=0)
+            for planned, job in zip(found.points, jobs, strict=True):
+                try:
+                    _ = job.return_value
+                    outcome.done += 1
+                except Exception as error:
+                    outcome.failed[planned.fingerprint] = describe_error(error)
+            outcome.stored |= tracker.finished([planned.fingerprint for planned in found.points])
+            add_studies(plan, outcome.stored, tracker)
+    outcome.settled = tracker.settle()
     return outcome
 
 
 def _close(plan: Plan, outcome: Outcome, tracker: Tracker, command: str) -> None:
-    """Say what became of a sweep; its exit status is 1 if a point failed."""
-    from rl_design_space.terminal import console, failure_table, outcome_line
+    """Say what became of a sweep; its exit status is 1 if a point failed, or the store does not have all."""
+    from rl_design_space.terminal import awaiting_line, console, failure_table, outcome_line
 
     console.print(outcome_line(plan, outcome, tracker.location), markup=False, soft_wrap=True)
     if outcome.failed:
         console.print(failure_table(plan, outcome.failed))
         if outcome.counts["left"]:
             console.print(f"stopped at the first failure; this goes on: {command}", markup=False, soft_wrap=True)
+    if outcome.settled.awaiting:
+        console.print(awaiting_line(outcome.settled, tracker), markup=False, soft_wrap=True)
+    if outcome.failed or outcome.settled.awaiting:
         sys.exit(1)

@@ -9,9 +9,10 @@ from threading import BoundedSemaphore
 from time import perf_counter
 from types import TracebackType
 
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.curves import LearningCurves
 from rl_design_space.sweep.plan import PlannedPoint
-from rl_design_space.tracking.tracker import Tracker
+from rl_design_space.tracking.tracker import StoredRun, Tracker
 
 #: Results that may wait to be recorded: enough that the recorder is never idle, few enough to be recorded in seconds.
 _WAITING = 8
@@ -27,7 +28,9 @@ class Recorder:
         ended: is told of each point when it is recorded, or what went wrong; in the recorder's thread.
     """
 
-    def __init__(self, tracker: Tracker, ended: Callable[[PlannedPoint, LearningCurves | Exception], None]) -> None:
+    def __init__(
+        self, tracker: Tracker, ended: Callable[[PlannedPoint, LearningCurves | Exception, StoredRun | None], None]
+    ) -> None:
         self._tracker = tracker
         self._ended = ended
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="record")
@@ -48,6 +51,7 @@ class Recorder:
         """Have a result recorded soon; wait while too many others are waiting.
 
         Raises:
+            ConfigError: nothing can be recorded.
             Exception: whatever `ended` raised for an earlier point.
         """
         self._room.acquire()
@@ -60,13 +64,16 @@ class Recorder:
 
     def _record(self, planned: PlannedPoint, result: LearningCurves | Exception) -> None:
         started = perf_counter()
+        stored = None
         try:
             if not isinstance(result, Exception):
-                self._tracker.record(planned, result)
+                stored = self._tracker.record(planned, result)
+        except ConfigError:  # nothing can be recorded any more
+            raise
         except Exception as error:
             result = error
         finally:
             self._tracker.release(planned.fingerprint)
             self._room.release()
             self.seconds += perf_counter() - started
-        self._ended(planned, result)
+        self._ended(planned, result, stored)

@@ -13,8 +13,16 @@ from rl_design_space.sweep.cost import expected_moves
 from rl_design_space.sweep.executor import Executor
 from rl_design_space.sweep.plan import Plan, PlannedPoint
 from rl_design_space.sweep.recorder import Recorder
-from rl_design_space.tracking.tracker import StoredRun, Tracker
+from rl_design_space.tracking.tracker import Settled, StoredRun, SweepEnding, Tracker
 
+#: Numbers of points by what became of them, in words.
+_COUNTED = {
+    "already": "recorded before",
+    "done": "learned now",
+    "elsewhere": "by another process",
+    "failed": "failed",
+    "left": "not run",
+}
 #: Seconds between two looks at a point that another process is learning.
 _PATIENCE = 0.5
 
@@ -34,6 +42,10 @@ class Watcher(Protocol):
         """A point has been recorded, by this process or by another one; or it has failed."""
         ...
 
+    def waiting(self, left: int, trouble: str) -> None:
+        """All is learned; so many records are still to be told to the store, and this is wrong with it, if anything."""
+        ...
+
 
 @dataclass
 class Outcome:
@@ -45,6 +57,8 @@ class Outcome:
         done: learned and recorded now.
         elsewhere: recorded meanwhile by another process.
         failed: what went wrong, by the fingerprint of the point.
+        stored: the records of all others, by fingerprint.
+        settled: what of the records is not in the store.
         moves: primitive moves learned.
         seconds: time spent, by what on; learning is the sum over all threads.
     """
@@ -54,6 +68,8 @@ class Outcome:
     done: int = 0
     elsewhere: int = 0
     failed: dict[str, str] = field(default_factory=dict)
+    stored: dict[str, StoredRun] = field(default_factory=dict)
+    settled: Settled = field(default_factory=Settled)
     moves: float = 0.0
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -68,6 +84,13 @@ class Outcome:
             "failed": len(self.failed),
             "left": left,
         }
+
+    def lose(self, lost: Mapping[str, str]) -> None:
+        """Count points as failed whose records cannot be stored; why, by fingerprint."""
+        for fingerprint, why in lost.items():
+            if self.stored.pop(fingerprint, None):
+                self.done -= 1
+            self.failed[fingerprint] = f"its record {why}"
 
 
 @dataclass(frozen=True)
@@ -92,8 +115,8 @@ def missing(plan: Plan, tracker: Tracker) -> Missing:
 
 def run_point(
     planned: PlannedPoint, tracker: Tracker, threads: int | None, waiting: Callable[[], None] = lambda: None
-) -> tuple[StoredRun, Mapping[str, float], bool]:
-    """The stored result of a point, its scalars, and whether it had to be learned for it.
+) -> tuple[StoredRun, bool]:
+    """The record of a point, and whether it had to be learned for it.
 
     Args:
         planned: the point.
@@ -113,10 +136,9 @@ def run_point(
     stored = stored or tracker.recorded_meanwhile(fingerprint)
     try:
         if stored:
-            tracker.add_studies(stored, planned.studies)
-            return stored, tracker.scalars(stored), False
-        curves = simulate(planned.point, threads)
-        return tracker.record(planned, curves), curves.scalars(planned.point.world.shape), True
+            tracker.add_studies({fingerprint: stored}, {fingerprint: planned.studies})
+            return stored, False
+        return tracker.record(planned, simulate(planned.point, threads)), True
     finally:
         tracker.release(fingerprint)
 
@@ -145,11 +167,15 @@ def run_sweep(
         summarised: whether the sweep gets a summary run.
     """
     found = found or missing(plan, tracker)
-    outcome = Outcome(len(plan), already=len(found.stored))
+    outcome = Outcome(len(plan), already=len(found.stored), stored=dict(found.stored))
     add_studies(plan, found.stored, tracker)
     if found.points:
         with summary(plan, outcome, tracker, command) if summarised else nullcontext():
             _learn(found.points, tracker, executor, watcher, outcome, on_error)
+            started = time.perf_counter()
+            outcome.lose(tracker.settle(watcher.waiting).lost)
+            outcome.seconds["settling"] = time.perf_counter() - started
+    outcome.settled = tracker.settle(watcher.waiting)
     return outcome
 
 
@@ -169,14 +195,14 @@ def summary(plan: Plan, outcome: Outcome, tracker: Tracker, command: str) -> Ite
             for planned in plan
             if planned.fingerprint in outcome.failed
         }
-        record.close(status, outcome.counts, failures)
+        counts = {name: count for name, count in outcome.counts.items() if count or name == "done"}
+        verdict = ", ".join(f"{count:,} {_COUNTED[name]}" for name, count in counts.items())
+        record.close(SweepEnding(status, verdict, outcome.counts, failures, outcome.stored))
 
 
 def add_studies(plan: Plan, stored: Mapping[str, StoredRun], tracker: Tracker) -> None:
     """Note of stored points that they belong to the studies of a plan."""
-    for planned in plan:
-        if planned.fingerprint in stored:
-            tracker.add_studies(stored[planned.fingerprint], planned.studies)
+    tracker.add_studies(stored, {planned.fingerprint: planned.studies for planned in plan})
 
 
 def describe_error(error: BaseException) -> str:
@@ -199,13 +225,15 @@ def _learn(
     learning = 0.0
     claims: set[str] = set()
 
-    def ended(planned: PlannedPoint, result: LearningCurves | Exception) -> None:
+    def ended(planned: PlannedPoint, result: LearningCurves | Exception, stored: StoredRun | None) -> None:
         nonlocal learning
         claims.discard(planned.fingerprint)
         if isinstance(result, Exception):
             outcome.failed[planned.fingerprint] = describe_error(result)
         else:
             outcome.done += 1
+            if stored:
+                outcome.stored[planned.fingerprint] = stored
             outcome.moves += float(result.total_steps.sum())
             learning += result.seconds
         watcher.ended(planned, result)
@@ -236,8 +264,9 @@ def _claimed(
                 busy.append(planned)
             elif stored := tracker.recorded_meanwhile(planned.fingerprint):
                 tracker.release(planned.fingerprint)
-                tracker.add_studies(stored, planned.studies)
+                tracker.add_studies({planned.fingerprint: stored}, {planned.fingerprint: planned.studies})
                 outcome.elsewhere += 1
+                outcome.stored[planned.fingerprint] = stored
                 watcher.ended(planned, stored)
             else:
                 claims.add(planned.fingerprint)

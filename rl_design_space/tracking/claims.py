@@ -7,8 +7,10 @@ import hashlib
 import os
 from functools import cache
 from pathlib import Path
+from tempfile import gettempdir
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.store import sqlite_path
 
 #: A digest in hexadecimal digits, and the end of its line.
 _LINE = 65
@@ -74,6 +76,14 @@ class Claims:
         """Begin to watch the journal from here."""
         self._read = os.fstat(self._file).st_size
         self._recorded.clear()
+
+
+def claims_path(uri: str) -> Path:
+    """Beside a SQLite database; for other stores, where all processes of the user on this machine find it."""
+    if database := sqlite_path(uri):
+        return database.with_name(f"{database.name}.claims")
+    store = hashlib.sha256(uri.encode()).hexdigest()[:16]
+    return Path(gettempdir()) / f"rl-design-space-{os.getuid()}" / f"{store}.claims"
 
 
 @cache

@@ -1,229 +1,232 @@
-"""Design points and sweeps as MLflow runs."""
+"""Design points and sweeps on their way into MLflow: kept on disk at once, written by a process of its own."""
 
 from __future__ import annotations
 
-import csv
-import getpass
-import hashlib
-import os
-import platform
-import shutil
-import subprocess
 import time
-from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory, gettempdir
 from typing import TYPE_CHECKING
 from uuid import uuid4
 
-from mlflow.entities import Metric, Param, RunTag
-from mlflow.exceptions import MlflowException
-
-import rl_design_space
-from rl_design_space._paths import CONF
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking import record
-from rl_design_space.tracking.claims import claims_at
-from rl_design_space.tracking.index import finished_runs
-from rl_design_space.tracking.store import connect, sqlite_path
-from rl_design_space.tracking.tracker import StoredRun, SweepRecord
+from rl_design_space.tracking import record, summary
+from rl_design_space.tracking.claims import claims_at, claims_path
+from rl_design_space.tracking.courier import Courier, courier_of
+from rl_design_space.tracking.origin import origin_tags
+from rl_design_space.tracking.source import source_of
+from rl_design_space.tracking.spool import CLOSE, OPEN, STUDIES, TIDY, DamagedRecordError, Record, Spool, point_name
+from rl_design_space.tracking.store import StoreUnavailableError
+from rl_design_space.tracking.tracker import Settled, StoredRun, SweepEnding, SweepRecord
 
 if TYPE_CHECKING:
-    from mlflow import MlflowClient
-
     from rl_design_space.learning import LearningCurves
     from rl_design_space.sweep.plan import Plan, PlannedPoint
     from rl_design_space.tracking.options import MlflowTracking
 
-#: MLflow refuses larger batches.
-_METRICS_PER_BATCH = 1000
-#: Tags of ours: the machine that wrote a run; what the process of a sweep claims; why a run is not complete.
-_HOST_TAG, _SWEEP_TAG, _INCOMPLETE_TAG = "rl_design_space.host", "rl_design_space.sweep", "rl_design_space.incomplete"
+#: Seconds between two attempts to write a result to a full disk.
+_PAUSE = 1.0
 
 
 class MlflowTracker:
-    """Writes each point as one flat run; FINISHED is its commit mark.
+    """Keeps each point's result in a spool, from which it becomes one flat run; FINISHED is its commit mark.
+
+    Args:
+        options: where to, and what of it.
+        command: that is recorded as the source of the runs.
+        courier: who has the spool delivered, by default a process of its own.
 
     Raises:
-        ConfigError: the store cannot be used.
+        ConfigError: the spool cannot be used.
     """
 
-    def __init__(self, options: MlflowTracking, command: str) -> None:
+    def __init__(self, options: MlflowTracking, command: str, courier: Courier | None = None) -> None:
         self._options = options
-        self._client = connect(options.uri)
-        self._points = _experiment(self._client, "experiment", options.experiment, options.uri)
-        self._sweeps = _experiment(self._client, "sweeps", options.sweeps, options.uri)
-        self._origin = _origin(command)
-        self._claims = claims_at(_claims_path(options.uri))
-        self._close_stale_runs()
+        self._source = source_of(options.address)
+        self._spool = Spool.of(Path(options.spool), options.address)
+        self._courier = courier or courier_of(self._spool.folder)
+        self._claims = claims_at(claims_path(options.address.uri))
+        self._origin = origin_tags(command)
+        #: Points whose records are on their way: claims that end when the store has them.
+        self._on_their_way: set[str] = set()
+        #: Whether the store could be asked what it has; if not, who delivers has to look for each point.
+        self._known = True
+        #: Whether the disk has been full for as long as to be waited for.
+        self._full = False
 
     @property
     def location(self) -> str:
         """The store and the experiment in it."""
         return f"{self._options.uri}, experiment {self._options.experiment!r}"
 
+    @property
+    def unavailable(self) -> bool:
+        """Whether the store could not be asked what it has."""
+        return not self._known
+
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
-        """The complete runs among these points, by fingerprint."""
+        """The recorded points among these, by fingerprint; those that are on their way have no run yet.
+
+        A store that cannot be reached is taken to have nothing: who delivers will find out.
+
+        Raises:
+            ConfigError: the store is of no use.
+        """
         self._claims.forget()
-        return self._finished(fingerprints)
+        # In this order: what the store takes over in between is found in one of the two.
+        kept = self._kept(fingerprints)
+        return kept | self._stored(fingerprints)
 
     def claim(self, fingerprint: str) -> bool:
         """Take a point upon this process; False while another one has it."""
         return self._claims.take(fingerprint)
 
     def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
-        """The complete run of a point that has come to be since `finished` was last asked, if any."""
+        """The record of a point that has come to be since `finished` was last asked, if any."""
+        if kept := self._kept([fingerprint]).get(fingerprint):
+            return kept
         if not self._claims.announced(fingerprint):
             return None
-        return self._finished([fingerprint]).get(fingerprint)
+        return self._stored([fingerprint]).get(fingerprint)
 
     def release(self, fingerprint: str) -> None:
-        """Give up a claim."""
-        self._claims.release(fingerprint)
-
-    def scalars(self, run: StoredRun) -> Mapping[str, float]:
-        """The numbers that sum a stored point up."""
-        metrics: Mapping[str, float] = self._client.get_run(run.run_id).data.metrics
-        return metrics
+        """Give up a claim; that of a recorded point ends when the store has it."""
+        if fingerprint not in self._on_their_way:
+            self._claims.release(fingerprint)
 
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
-        """Store a point's result; the run is FINISHED only when everything is in."""
-        scalars = curves.scalars(planned.point.world.shape)
-        started = int((time.time() - curves.seconds) * 1000)
-        tags = {"fingerprint": planned.fingerprint, **_study_tags(planned.studies), **self._origin}
-        run = self._client.create_run(self._points, start_time=started, tags=tags, run_name=planned.name)
-        run_id = run.info.run_id
-        try:
-            metrics = [
-                Metric(key=name, value=value, timestamp=started, step=step)
-                for name, value, step in record.metrics(curves, scalars, self._options.curves)
-            ]
-            params = [Param(name, value) for name, value in record.params(planned).items()]
-            for first in range(0, len(metrics), _METRICS_PER_BATCH - len(params)):
-                batch = metrics[first : first + _METRICS_PER_BATCH - len(params)]
-                self._client.log_batch(run_id, metrics=batch, params=params if first == 0 else ())
-            with TemporaryDirectory() as folder:
-                record.write_artifacts(Path(folder), planned, curves)
-                self._client.log_artifacts(run_id, folder)
-            self._claims.announce(planned.fingerprint)
-            self._client.set_terminated(run_id, "FINISHED")
-        except BaseException:
-            self._client.set_terminated(run_id, "FAILED")
-            raise
-        return StoredRun(run_id, frozenset(planned.studies))
+        """Keep the result of a claimed point; it is safe on return.
 
-    def add_studies(self, run: StoredRun, studies: Sequence[str]) -> None:
-        """Note that a stored point belongs to these studies as well."""
-        new = set(studies) - run.studies
-        if new:
-            tags = [RunTag(key, value) for key, value in _study_tags(sorted(new)).items()]
-            self._client.log_batch(run.run_id, tags=tags)
+        Raises:
+            ConfigError: MLflow would not take a name, the store is of no use, or the disk is full and stays so.
+        """
+        options = self._options
+        kept = record.point_record(
+            planned,
+            curves,
+            self._origin,
+            curves=options.curves,
+            every=options.every,
+            keep=options.artifact,
+            checked=self._known,
+        )
+        self._keep(kept, planned.fingerprint)
+        return StoredRun("", frozenset(planned.studies), kept.content["scalars"])
+
+    def add_studies(self, stored: Mapping[str, StoredRun], studies: Mapping[str, Sequence[str]]) -> None:
+        """Note that recorded points belong to these studies as well; both by fingerprint."""
+        new = {
+            fingerprint: record.study_tags(sorted(set(studies.get(fingerprint, ())) - run.studies))
+            for fingerprint, run in stored.items()
+        }
+        if new := {fingerprint: tags for fingerprint, tags in new.items() if tags}:
+            self._keep(Record(STUDIES, uuid4().hex, {"tags": new}))
 
     def open_sweep(self, plan: Plan, command: str) -> SweepRecord:
         """Start the summary run of a sweep that a command runs."""
-        claim = uuid4().hex
-        self._claims.take(claim)
-        tags = {
-            **_study_tags(plan.studies),
-            **self._origin,
-            _SWEEP_TAG: claim,
-            "mlflow.note.content": f"`{command}`",
-        }
-        run = self._client.create_run(self._sweeps, tags=tags, run_name=plan.name)
-        summary = _MlflowSweep(self._client, run.info.run_id)
-        summary.write_plan(plan)
-        return summary
+        return _Sweep(self, plan, command)
 
-    def _finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
-        return finished_runs(self._client, self._options.uri, self._points, fingerprints)
+    def settle(self, told: Callable[[int, str], None] = lambda left, trouble: None) -> Settled:
+        """Wait until the store has everything, or has taken nothing for as long as the options say.
 
-    def _close_stale_runs(self) -> None:
-        """Mark runs as KILLED whose process is gone: it was on this machine, and nobody claims what it was at."""
-        running = f"attributes.status = 'RUNNING' and tags.`{_HOST_TAG}` = '{self._origin[_HOST_TAG]}'"
-        for run in self._client.search_runs([self._points, self._sweeps], running):
-            claim = run.data.tags.get("fingerprint") or run.data.tags.get(_SWEEP_TAG)
-            if not claim or not self._claims.take(claim):
+        Raises:
+            ConfigError: the store is of no use.
+        """
+        self._have_tidied()
+        left = self._courier.settle(self._options.patience, told)
+        points = {fingerprint: point_name(fingerprint) for fingerprint in self._on_their_way}
+        lost = {fingerprint: left.aside[name] for fingerprint, name in points.items() if name in left.aside}
+        return Settled(left.awaiting, left.why, lost)
+
+    def _have_tidied(self) -> None:
+        """Have runs closed that dead processes have left; nobody claims what they were at."""
+        for key in self._begun():
+            going_on = self._spool.has(point_name(key)) or self._spool.has(Record(CLOSE, key, {}).name)
+            if not going_on and self._claims.take(key):
+                self._claims.release(key)
+                self._keep(Record(TIDY, uuid4().hex, {}))
+                return
+
+    def _begun(self) -> list[str]:
+        try:
+            return self._source.begun(self._spool.identity)
+        except StoreUnavailableError:
+            return []
+
+    def _kept(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        """Points whose records are in the spool. One that is damaged is set aside; its point runs again."""
+        found = {}
+        for fingerprint in fingerprints:
+            name = point_name(fingerprint)
+            if not self._spool.has(name):
                 continue
-            # Asked again now that nobody can be writing to it: it may have ended in between.
-            if self._client.get_run(run.info.run_id).info.status == "RUNNING":
-                self._client.set_tag(run.info.run_id, _INCOMPLETE_TAG, "the process that wrote it has ended")
-                self._client.set_terminated(run.info.run_id, "KILLED")
-            self._claims.release(claim)
+            try:
+                content = self._spool.read(name).content
+            except FileNotFoundError:
+                continue
+            except DamagedRecordError as error:
+                self._spool.set_aside(name, f"damaged: {error}")
+                continue
+            studies = (
+                tag.removeprefix(record.STUDY_TAG) for tag in content["tags"] if tag.startswith(record.STUDY_TAG)
+            )
+            found[fingerprint] = StoredRun("", frozenset(studies), content["scalars"])
+        return found
+
+    def _stored(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        try:
+            return self._source.finished(fingerprints)
+        except StoreUnavailableError:
+            self._known = False
+            return {}
+
+    def _keep(self, kept: Record, fingerprint: str = "") -> None:
+        """Write a record; wait for room on a full disk, which delivery may make."""
+        until = time.monotonic() + self._options.patience
+        while True:
+            try:
+                self._spool.write(kept)
+                break
+            except OSError as error:
+                if self._full or time.monotonic() > until:
+                    self._full = True
+                    raise ConfigError(
+                        f"{self._spool.folder}: {error.strerror}; make room and run the same command again, "
+                        "or write elsewhere with outputs=DIR"
+                    ) from error
+                time.sleep(_PAUSE)
+        if fingerprint:
+            self._on_their_way.add(fingerprint)
+        self._courier.watch(kept.name, lambda: self._delivered(fingerprint))
+
+    def _delivered(self, fingerprint: str) -> None:
+        if fingerprint:
+            self._claims.release(fingerprint)
 
 
-class _MlflowSweep:
-    def __init__(self, client: MlflowClient, run_id: str) -> None:
-        self._client = client
-        self._run_id = run_id
+class _Sweep:
+    """A summary run; it is claimed for as long as its sweep lives."""
 
-    def write_plan(self, plan: Sequence[PlannedPoint]) -> None:
-        columns = sorted({name for planned in plan for name in planned.parameters})
-        rows = [{"fingerprint": planned.fingerprint, **planned.parameters} for planned in plan]
-        self._write_table("plan.csv", ["fingerprint", *columns], rows)
+    def __init__(self, tracker: MlflowTracker, plan: Plan, command: str) -> None:
+        self._tracker = tracker
+        self._plan = plan
+        self._command = command
+        self._key = uuid4().hex
+        tracker._claims.take(self._key)
+        note = summary.opening_note(plan, command, tracker._origin)
+        self._content = {
+            "name": plan.name,
+            "started": int(time.time() * 1000),
+            "tags": {**record.study_tags(plan.studies), **tracker._origin, "mlflow.note.content": note},
+        }
+        tracker._keep(Record(OPEN, self._key, {**self._content, "views": {}}, summary.opening_tables(plan)))
 
-    def close(self, status: str, counts: Mapping[str, int], failures: Mapping[str, str]) -> None:
-        now = int(time.time() * 1000)
-        metrics = [Metric(f"points/{name}", float(count), now, 0) for name, count in counts.items()]
-        self._client.log_batch(self._run_id, metrics=metrics)
-        if failures:
-            rows = [{"command": command, "error": error} for command, error in failures.items()]
-            self._write_table("failures.csv", ["command", "error"], rows)
-        self._client.set_terminated(self._run_id, status)
-
-    def _write_table(self, name: str, columns: list[str], rows: list[dict[str, str]]) -> None:
-        with TemporaryDirectory() as folder:
-            path = Path(folder) / name
-            with path.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.DictWriter(file, columns)
-                writer.writeheader()
-                writer.writerows(rows)
-            self._client.log_artifact(self._run_id, str(path))
-
-
-def _experiment(client: MlflowClient, key: str, name: str, uri: str) -> str:
-    """The experiment's id; artifacts of a SQLite store go into a folder beside it."""
-    if known := client.get_experiment_by_name(name):
-        if known.lifecycle_stage == "deleted":
-            raise ConfigError.at(f"tracking.{key}", name, "was deleted in this store; restore it or use another name")
-        return str(known.experiment_id)
-    database = sqlite_path(uri)
-    place = (database.parent / "artifacts" / name.replace(" ", "-")).as_uri() if database else None
-    try:
-        return str(client.create_experiment(name, artifact_location=place))
-    except MlflowException:
-        # Another process may have created it a moment ago.
-        if known := client.get_experiment_by_name(name):
-            return str(known.experiment_id)
-        raise
-
-
-def _claims_path(uri: str) -> Path:
-    """Beside a SQLite database; for other stores, where all processes of the user on this machine find it."""
-    if database := sqlite_path(uri):
-        return database.with_name(f"{database.name}.claims")
-    store = hashlib.sha256(uri.encode()).hexdigest()[:16]
-    return Path(gettempdir()) / f"rl-design-space-{os.getuid()}" / f"{store}.claims"
-
-
-def _study_tags(studies: Sequence[str]) -> dict[str, str]:
-    return {f"{record.STUDY_TAG}{study}": "true" for study in studies}
-
-
-def _origin(command: str) -> dict[str, str]:
-    """Who recorded with which code; the client alone does not fill these in."""
-    tags = {
-        "rl_design_space.version": rl_design_space.__version__,
-        "mlflow.source.name": command,
-        "mlflow.source.type": "LOCAL",
-        _HOST_TAG: platform.node(),
-    }
-    with suppress(OSError, KeyError):  # a user without a name
-        tags["mlflow.user"] = getpass.getuser()
-    checkout = CONF.parent
-    if (checkout / ".git").exists() and shutil.which("git"):
-        question = ["git", "-C", str(checkout), "rev-parse", "HEAD"]
-        asked = subprocess.run(question, capture_output=True, text=True, check=False)
-        if asked.returncode == 0:
-            tags["mlflow.source.git.commit"] = asked.stdout.strip()
-    return tags
+    def close(self, ending: SweepEnding) -> None:
+        content = {
+            **self._content,
+            "ended": int(time.time() * 1000),
+            "status": ending.status,
+            "note": summary.closing_note(self._plan, self._command, self._tracker._origin, ending),
+            "metrics": [(f"points/{name}", float(count), 0) for name, count in ending.counts.items()],
+        }
+        self._tracker._keep(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending)))
+        self._tracker._claims.release(self._key)

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Protocol
-from urllib.parse import quote, urlencode
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from urllib.parse import quote, unquote, urlencode, urlsplit
 
 from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.index import finished_runs
-from rl_design_space.tracking.record import PERIODS_FILE, STUDY_TAG, read_periods
-from rl_design_space.tracking.store import connect, sqlite_path
+from rl_design_space.tracking.cache import cached
+from rl_design_space.tracking.record import CONFIG_FILE, PERIODS_FILE, STUDY_TAG, read_periods
+from rl_design_space.tracking.runs import filtered, frame_of, of_study
+from rl_design_space.tracking.source import source_of
+from rl_design_space.tracking.store import StoreAddress, connect, sqlite_path
 from rl_design_space.tracking.tracker import StoredRun
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from mlflow import MlflowClient
+
+Read = TypeVar("Read")
 
 
 class Reader(Protocol):
@@ -59,39 +67,90 @@ class RunReader:
 
     Raises:
         ConfigError: there is no such store or experiment.
+        StoreUnavailableError: the store cannot be reached at the moment.
     """
 
-    def __init__(self, uri: str, experiment: str, sweeps: str) -> None:
-        database = sqlite_path(uri)
+    def __init__(self, address: StoreAddress) -> None:
+        database = sqlite_path(address.uri)
         if database and not database.exists():
-            raise ConfigError.at("tracking.uri", uri, "no run has been recorded there yet")
-        self._uri = uri
-        self._client = connect(uri)
-        known = self._client.get_experiment_by_name(experiment)
-        if known is None:
-            raise ConfigError.at("tracking.experiment", experiment, f"there is no such experiment in {uri}")
-        self._experiment = known.experiment_id
-        summaries = self._client.get_experiment_by_name(sweeps)
-        self._sweeps = summaries.experiment_id if summaries else None
+            raise ConfigError.at("tracking.uri", address.uri, "no run has been recorded there yet")
+        self._address = address
+        self._source = source_of(address)
+        self._experiment = self._source.experiment
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """The complete runs among these points, by fingerprint."""
-        return finished_runs(self._client, self._uri, self._experiment, fingerprints)
+        return self._source.finished(fingerprints)
+
+    def frame(self, study: str | None = None, filter: str | None = None) -> pd.DataFrame:  # noqa: A002
+        """A tidy frame of runs, see `runs.frame_of`.
+
+        Args:
+            study: whose runs, if not all.
+            filter: of MLflow's search, that they should fulfil.
+
+        Raises:
+            ConfigError: there is no such study, or it is no filter.
+        """
+        if filter is None:
+            frame = cached(self._address, lambda: frame_of(self._source.runs()))
+        else:
+            frame = frame_of(filtered(self._source.runs(), filter))
+        return frame if study is None else of_study(frame, study)
+
+    def curves(self, runs: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
+        """Learning curves of runs, a row a run and trial: `run_id`, `trial`, and a column for each of the names.
+
+        Args:
+            runs: a frame of them.
+            names: of the curves, see `learning.names`.
+
+        Raises:
+            ConfigError: there is no such curve.
+        """
+        import pandas as pd
+
+        names = list(names)
+        parts = []
+        for run_id, place in runs["artifacts"].items():
+            arrays = self.periods(StoredRun(str(run_id), artifacts=place))
+            for name in names:
+                if name not in arrays or arrays[name].ndim != 1:
+                    raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])
+            part = pd.DataFrame({name: arrays[name] for name in names})
+            parts.append(part.rename_axis("trial").reset_index().assign(run_id=str(run_id)))
+        table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["trial", *names, "run_id"])
+        return table[["run_id", "trial", *names]]
+
+    def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
+        """The arrays of a run's artifact."""
+        return self._artifact(run, PERIODS_FILE, read_periods)
+
+    def config(self, run: StoredRun) -> str:
+        """The resolved config of a run, as YAML."""
+        return self._artifact(run, CONFIG_FILE, lambda path: path.read_text(encoding="utf-8"))
 
     def link(self, ui: str, study: str) -> str:
         wanted = urlencode({"searchFilter": f'tags."{STUDY_TAG}{study}" = "true"'}, quote_via=quote)
         return f"{ui.rstrip('/')}/#/experiments/{self._experiment}/runs?{wanted}"
 
     def attach(self, study: str, paths: Sequence[Path]) -> None:
-        if self._sweeps is None:
+        sweeps = self._client.get_experiment_by_name(self._address.sweeps)
+        if sweeps is None:
             return
         wanted = f"tags.`{STUDY_TAG}{study}` = 'true'"
         newest = ["attributes.start_time DESC"]
-        for run in self._client.search_runs([self._sweeps], wanted, max_results=1, order_by=newest):
+        for run in self._client.search_runs([sweeps.experiment_id], wanted, max_results=1, order_by=newest):
             for path in paths:
                 self._client.log_artifact(run.info.run_id, str(path), "report")
 
-    def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
-        os.environ.setdefault("MLFLOW_ENABLE_ARTIFACTS_PROGRESS_BAR", "false")
+    def _artifact(self, run: StoredRun, name: str, read: Callable[[Path], Read]) -> Read:
+        place = urlsplit(run.artifacts)
+        if place.scheme in ("", "file") and place.path:
+            return read(Path(unquote(place.path)) / name)
         with TemporaryDirectory() as folder:
-            return read_periods(Path(self._client.download_artifacts(run.run_id, PERIODS_FILE, folder)))
+            return read(Path(self._client.download_artifacts(run.run_id, name, folder)))
+
+    @cached_property
+    def _client(self) -> MlflowClient:
+        return connect(self._address.uri)

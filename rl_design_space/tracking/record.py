@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
+import time
+from collections.abc import Iterable, Sequence
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import yaml
@@ -15,6 +16,11 @@ from rl_design_space.learning import LearningCurves
 from rl_design_space.learning.names import CURVES
 from rl_design_space.sweep.describe import resolved_config
 from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.tracking import values
+from rl_design_space.tracking.spool import POINT, Record
+
+if TYPE_CHECKING:
+    from rl_design_space.tracking.options import Kept
 
 #: A run's tag for each study that it belongs to begins like this.
 STUDY_TAG = "study."
@@ -22,39 +28,98 @@ STUDY_TAG = "study."
 PERIODS_FILE, CONFIG_FILE = "periods.npz", "config.yaml"
 
 
+def point_record(
+    planned: PlannedPoint,
+    learned: LearningCurves,
+    origin: dict[str, str],
+    *,
+    curves: Sequence[str] = (),
+    every: int = 1,
+    keep: Kept = "periods",
+    checked: bool = True,
+) -> Record:
+    """Everything that is told to a store about a point.
+
+    Args:
+        planned: the point.
+        learned: its result.
+        origin: tags that say who recorded it.
+        curves: that are recorded beside those that always are.
+        every: how many trials lie between two values of a recorded curve.
+        keep: what the artifact holds.
+        checked: whether the store is known not to have the point.
+
+    Raises:
+        ConfigError: MLflow would not take a name.
+    """
+    scalars = learned.scalars(planned.point.world.shape)
+    content = {
+        "name": planned.name,
+        "started": int((time.time() - learned.seconds) * 1000),
+        "tags": {**study_tags(planned.studies), **origin},
+        "params": params(planned),
+        "metrics": metrics(learned, scalars, curves, every),
+        "scalars": {name: value for name, value, step in metrics(learned, scalars, (), every) if name in scalars},
+        "checked": checked,
+    }
+    artifacts = {CONFIG_FILE: config_file(planned), PERIODS_FILE: periods_file(learned, keep)}
+    return Record(POINT, planned.fingerprint, content, artifacts)
+
+
+def study_tags(studies: Iterable[str]) -> dict[str, str]:
+    """A tag for each study.
+
+    Raises:
+        ConfigError: MLflow would not take the name of a study.
+    """
+    return {values.key(f"{STUDY_TAG}{study}"): "true" for study in studies}
+
+
 def params(planned: PlannedPoint) -> dict[str, str]:
     """Every choice, flat and dotted, as typed on the command line."""
-    return {name: str(value) for name, value in planned.parameters.items()}
+    return {values.key(name): values.param(value) for name, value in planned.parameters.items()}
 
 
 def metrics(
-    curves: LearningCurves, scalars: dict[str, float], on_demand: Iterable[str]
+    learned: LearningCurves, scalars: dict[str, float], on_demand: Iterable[str], every: int = 1
 ) -> list[tuple[str, float, int]]:
-    """Scalars at step 0 and learning curves at step = trial, as (name, value, step); only finite values."""
-    every = curves.curves
+    """Scalars at step 0 and learning curves at step = trial, as (name, value, step); only finite values.
+
+    Of a curve, every so many trials are taken, and the last one.
+    """
+    found = learned.curves
     points = [(name, value, 0) for name, value in scalars.items()]
-    for name in (*CURVES, *on_demand):
-        points += [(name, value, trial) for trial, value in enumerate(every[name].tolist())]
-    return [(name, value, step) for name, value, step in points if math.isfinite(value)]
+    for name in dict.fromkeys((*CURVES, *on_demand)):
+        curve = found[name].tolist()
+        trials = sorted({*range(0, len(curve), every), len(curve) - 1})
+        points += [(name, curve[trial], trial) for trial in trials]
+    numbers = [(values.key(name), values.metric(value), step) for name, value, step in points]
+    return [(name, number, step) for name, number, step in numbers if number is not None]
 
 
-def write_artifacts(folder: Path, planned: PlannedPoint, curves: LearningCurves) -> None:
-    """Write the steps of every trial of every period, all curves, and the resolved config.
+def config_file(planned: PlannedPoint) -> bytes:
+    """The resolved config, every value written out, under the command that runs the point."""
+    text = yaml.safe_dump(resolved_config(planned.point), sort_keys=False, allow_unicode=True)
+    return f"# {planned.command}\n{text}".encode()
+
+
+def periods_file(learned: LearningCurves, keep: Kept = "periods") -> bytes:
+    """The steps of every trial of every period, and all curves; or the curves alone.
 
     The steps are uint16 where the step cap fits, which halves the file; `success` tells a trial that ended
     at the cap from one that was cut there.
     """
-    width: type[np.unsignedinteger[Any]] = np.uint16 if curves.steps.max() <= np.iinfo(np.uint16).max else np.uint32
-    arrays: dict[str, Any] = {
-        "steps": curves.steps.astype(width),
-        "success": curves.success,
-        "optimum": curves.optimum,
-        "rows": curves.rows,
-        **{f"curve:{name}": values for name, values in curves.curves.items()},
+    width: type[np.unsignedinteger[Any]] = np.uint16 if learned.steps.max() <= np.iinfo(np.uint16).max else np.uint32
+    periods: dict[str, Any] = {
+        "steps": learned.steps.astype(width),
+        "success": learned.success,
+        "optimum": learned.optimum,
+        "rows": learned.rows,
     }
-    np.savez_compressed(folder / PERIODS_FILE, **arrays)
-    text = yaml.safe_dump(resolved_config(planned.point), sort_keys=False, allow_unicode=True)
-    (folder / CONFIG_FILE).write_text(f"# {planned.command}\n{text}", encoding="utf-8")
+    curves: dict[str, Any] = {f"curve:{name}": curve for name, curve in learned.curves.items()}
+    buffer = BytesIO()
+    np.savez(buffer, **(periods if keep == "periods" else {}), **curves)
+    return buffer.getvalue()
 
 
 def read_periods(path: Path) -> dict[str, FloatArray]:

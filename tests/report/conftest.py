@@ -13,7 +13,7 @@ from rl_design_space.report import PublishedTable
 from rl_design_space.sweep.compose import shipped_config
 from rl_design_space.sweep.study import Study, load_study
 from rl_design_space.tracking.read import RunReader
-from tests.tracking.stores import import_mlflow, options
+from tests.tracking.stores import import_mlflow, options, tracker_at
 
 OVERRIDES = ["task.periods=20", "task.trials=5", "world.size=4,5"]
 PUBLISHED = {
@@ -42,7 +42,7 @@ class Small(NamedTuple):
 def small(tmp_path_factory: pytest.TempPathFactory) -> Small:
     import_mlflow()
     database = tmp_path_factory.mktemp("table4") / "mlflow.db"
-    tracker = options(database).open()
+    tracker = tracker_at(database)
     with shipped_config():
         study = load_study("table4", OVERRIDES)
     learned = {}

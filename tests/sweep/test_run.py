@@ -64,13 +64,15 @@ def test_every_point_is_learned_recorded_and_reported(study, threads: int):
         expected = simulate(planned.point)
         assert isinstance(result, LearningCurves)
         assert (result.steps == expected.steps).all()
-        assert tracker.values[stored.run_id]["total_steps"] == expected.total_steps.mean()
+        assert stored.scalars["total_steps"] == expected.total_steps.mean()
         assert stored.studies == {"mine"}
     assert outcome.moves == sum(memory.results[planned.name].steps.sum() for planned in plan)
     (summary,) = tracker.sweeps
     assert (summary.name, summary.command, summary.status) == ("mine", "the command", "FINISHED")
     assert summary.counts == outcome.counts
     assert summary.failures == {}
+    assert summary.verdict == "3 learned now"
+    assert summary.stored == tracker.runs
     assert {"learning", "recording", "run"} <= set(outcome.seconds)
 
 
@@ -192,6 +194,22 @@ def test_a_watcher_that_raises_still_ends_the_summary(study):
     assert [summary.status for summary in tracker.sweeps] == ["KILLED"]
 
 
+def test_a_record_that_is_lost_in_the_end_is_a_failure(study):
+    plan = study(4, 5)
+    tracker = MemoryTracker(lost={plan[0].fingerprint: "damaged: it is not what was written"})
+    outcome, _ = swept(plan, tracker)
+    assert outcome.counts == counts(done=1, failed=1)
+    assert outcome.failed == {plan[0].fingerprint: "its record damaged: it is not what was written"}
+    assert tracker.sweeps[0].status == "FAILED"
+    assert set(tracker.sweeps[0].stored) == {plan[1].fingerprint}
+
+
+def test_what_the_store_has_not_taken_yet_is_told_and_no_failure(study):
+    outcome, _ = swept(study(4), MemoryTracker(awaiting=2))
+    assert (outcome.settled.awaiting, outcome.settled.why) == (2, "the store is away")
+    assert outcome.counts == counts(done=1)
+
+
 # Others at the same store.
 
 
@@ -220,8 +238,7 @@ def test_a_single_point_waits_for_who_is_at_it(study, recorded: bool):
     (planned,), waited = study(4), []
     theirs = {planned.fingerprint}
     tracker = MemoryTracker(busy=dict.fromkeys(theirs, 3), records_of_others=theirs if recorded else set())
-    tracker.values["run 0"] = {"total_steps": 1.0}
-    stored, _, learned = run_point(planned, tracker, 1, lambda: waited.append("once"))
+    stored, learned = run_point(planned, tracker, 1, lambda: waited.append("once"))
     assert learned is not recorded
     assert waited == ["once"]
     assert stored.run_id == "run 0"
@@ -230,12 +247,12 @@ def test_a_single_point_waits_for_who_is_at_it(study, recorded: bool):
 
 def test_a_single_point_is_learned_once(study):
     (planned,), tracker = study(4), MemoryTracker()
-    first, scalars, learned = run_point(planned, tracker, 1)
+    first, learned = run_point(planned, tracker, 1)
     assert learned
-    again, same, learned = run_point(replace(planned, studies=("yours",)), tracker, 1)
+    again, learned = run_point(replace(planned, studies=("yours",)), tracker, 1)
     assert not learned
     assert again.run_id == first.run_id
-    assert same == scalars
+    assert again.scalars == first.scalars
     assert tracker.runs[planned.fingerprint].studies == {"mine", "yours"}
     assert tracker.sweeps == []
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from rl_design_space.learning import LearningCurves
 from rl_design_space.sweep.plan import Plan, PlannedPoint
-from rl_design_space.tracking.tracker import StoredRun
+from rl_design_space.tracking.tracker import Settled, StoredRun, SweepEnding
 
 
 @dataclass
@@ -19,10 +19,13 @@ class MemorySweep:
     status: str = "RUNNING"
     counts: dict[str, int] = field(default_factory=dict)
     failures: dict[str, str] = field(default_factory=dict)
+    verdict: str = ""
+    stored: dict[str, StoredRun] = field(default_factory=dict)
 
-    def close(self, status: str, counts: Mapping[str, int], failures: Mapping[str, str]) -> None:
+    def close(self, ending: SweepEnding) -> None:
         assert self.status == "RUNNING", "closed twice"
-        self.status, self.counts, self.failures = status, dict(counts), dict(failures)
+        self.status, self.counts, self.failures = ending.status, dict(ending.counts), dict(ending.failures)
+        self.verdict, self.stored = ending.verdict, dict(ending.stored)
 
 
 @dataclass
@@ -30,7 +33,6 @@ class MemoryTracker:
     """Stored runs by fingerprint, and summary runs."""
 
     runs: dict[str, StoredRun] = field(default_factory=dict)
-    values: dict[str, Mapping[str, float]] = field(default_factory=dict)
     sweeps: list[MemorySweep] = field(default_factory=list)
     #: Raised when the points with these names are recorded.
     errors: Mapping[str, BaseException] = field(default_factory=dict)
@@ -38,6 +40,9 @@ class MemoryTracker:
     #: Points that somebody else is at, and how often to say so before they are found recorded, or given up.
     busy: dict[str, int] = field(default_factory=dict)
     records_of_others: set[str] = field(default_factory=set)
+    #: What the store does not take in the end, and what it has not taken yet.
+    lost: dict[str, str] = field(default_factory=dict)
+    awaiting: int = 0
     location: str = "memory"
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
@@ -59,22 +64,25 @@ class MemoryTracker:
     def release(self, fingerprint: str) -> None:
         self.claimed.discard(fingerprint)
 
-    def scalars(self, run: StoredRun) -> Mapping[str, float]:
-        return self.values[run.run_id]
-
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
         assert planned.fingerprint in self.claimed, "recorded by somebody who had not claimed it"
         if planned.name in self.errors:
             raise self.errors[planned.name]
         assert planned.fingerprint not in self.runs, "recorded twice"
-        run = self.runs[planned.fingerprint] = StoredRun(f"run {len(self.runs)}", frozenset(planned.studies))
-        self.values[run.run_id] = curves.scalars(planned.point.world.shape)
+        scalars = curves.scalars(planned.point.world.shape)
+        run = StoredRun(f"run {len(self.runs)}", frozenset(planned.studies), scalars)
+        self.runs[planned.fingerprint] = run
         return run
 
-    def add_studies(self, run: StoredRun, studies: Sequence[str]) -> None:
-        for fingerprint, stored in self.runs.items():
-            if stored.run_id == run.run_id:
-                self.runs[fingerprint] = replace(stored, studies=stored.studies | set(studies))
+    def add_studies(self, stored: Mapping[str, StoredRun], studies: Mapping[str, Sequence[str]]) -> None:
+        for fingerprint, run in stored.items():
+            assert self.runs[fingerprint].run_id == run.run_id
+            self.runs[fingerprint] = replace(run, studies=run.studies | set(studies.get(fingerprint, ())))
+
+    def settle(self, told: Callable[[int, str], None] = lambda left, trouble: None) -> Settled:
+        told(self.awaiting, "")
+        lost, self.lost = self.lost, {}
+        return Settled(self.awaiting, "the store is away" if self.awaiting else "", lost)
 
     def open_sweep(self, plan: Plan, command: str) -> MemorySweep:
         self.sweeps.append(MemorySweep(plan.name, command))
@@ -97,3 +105,6 @@ class Memory:
     def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         assert planned.name not in self.results, "ended twice"
         self.results[planned.name] = result
+
+    def waiting(self, left: int, trouble: str) -> None:
+        pass

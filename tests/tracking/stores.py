@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 import warnings
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
@@ -11,6 +12,11 @@ from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.sweep.compose import compose
 from rl_design_space.sweep.plan import PlannedPoint
 from rl_design_space.tracking import MlflowTracking
+from rl_design_space.tracking.courier import Left
+from rl_design_space.tracking.mlflow_tracker import MlflowTracker
+from rl_design_space.tracking.spool import Spool
+from rl_design_space.tracking.tracker import StoredRun
+from rl_design_space.tracking.writer import deliver_all
 
 #: A point that costs nothing to learn.
 TINY = ("task.periods=3", "task.trials=4", "world.size=4")
@@ -24,7 +30,35 @@ def import_mlflow() -> None:
 
 
 def options(database: Path, **others: object) -> MlflowTracking:
-    return MlflowTracking(uri=f"sqlite:///{database}", **others)
+    return MlflowTracking(**{"uri": f"sqlite:///{database}", "spool": str(database.parent / "spool"), **others})
+
+
+class AtOnce:
+    """Delivers every record in this process as soon as it is written."""
+
+    def __init__(self, options: MlflowTracking) -> None:
+        self._spool = Spool.of(Path(options.spool), options.address)
+        self.trouble = ""
+
+    def watch(self, name: str, done: Callable[[], None]) -> None:
+        self.trouble = deliver_all(self._spool, patience=0.1)
+        if not self._spool.has(name):
+            done()
+
+    def settle(self, patience: float, told: object = None) -> Left:
+        return Left(len(self._spool.waiting()), self.trouble)
+
+
+def tracker_at(database: Path, command: str = "rl-design-space", **others: object) -> MlflowTracker:
+    """A tracker that writes in this process."""
+    chosen = options(database, **others)
+    return MlflowTracker(chosen, command, AtOnce(chosen))
+
+
+def record(tracker: MlflowTracker, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
+    """Record a point, and find it in the store."""
+    tracker.record(planned, curves)
+    return tracker.finished([planned.fingerprint])[planned.fingerprint]
 
 
 def copy_database(source: Path, target: Path) -> None:

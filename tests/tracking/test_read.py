@@ -11,12 +11,12 @@ import pytest
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
 from rl_design_space.tracking import NoTracking
-from tests.tracking.stores import learned, options
+from tests.tracking.stores import learned, options, record, tracker_at
 
 
 def test_every_trial_of_every_period_comes_back(database: Path):
     planned, curves = learned("seed=3")
-    options(database).open().record(planned, curves)
+    record(tracker_at(database), planned, curves)
     reader = options(database).reader()
     arrays = reader.periods(reader.finished([planned.fingerprint])[planned.fingerprint])
     assert set(arrays) == {"steps", "success", "optimum", "rows", *CURVES, *CURVES_ON_DEMAND}
@@ -28,18 +28,20 @@ def test_every_trial_of_every_period_comes_back(database: Path):
 
 
 def test_only_complete_runs_are_read(database: Path):
+    from mlflow import MlflowClient
+
     (one, curves), (other, _) = learned(), learned("seed=1")
-    tracker = options(database).open()
-    stored = tracker.record(one, curves)
+    tracker = tracker_at(database)
+    stored = record(tracker, one, curves)
     reader = options(database).reader()
     assert reader.finished([one.fingerprint, other.fingerprint]) == tracker.finished([one.fingerprint])
-    tracker._client.update_run(stored.run_id, status="RUNNING")
+    MlflowClient(f"sqlite:///{database}").update_run(stored.run_id, status="RUNNING")
     assert reader.finished([one.fingerprint, other.fingerprint]) == {}
 
 
 def test_reading_leaves_nothing_behind(database: Path, monkeypatch: pytest.MonkeyPatch):
     planned, curves = learned()
-    stored = options(database).open().record(planned, curves)
+    stored = record(tracker_at(database), planned, curves)
     reader = options(database).reader()
     temporary = database.parent / "temporary"
     temporary.mkdir()

@@ -25,7 +25,8 @@ from rl_design_space.sweep.compose import compose
 from rl_design_space.sweep.plan import PlannedPoint
 from rl_design_space.tracking import record
 from rl_design_space.tracking.tracker import StoredRun
-from tests.tracking.stores import learned, options
+from tests.tracking.stores import learned, tracker_at
+from tests.tracking.stores import record as record_point
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -57,7 +58,7 @@ def recorded(shared_database: Path) -> Recorded:
 
     planned, curves = learned(*OVERRIDES)
     planned = replace(planned, studies=("fig3", "table4"))
-    stored = options(shared_database, curves=["epsilon", "steps/q90"]).open().record(planned, curves)
+    stored = record_point(tracker_at(shared_database, curves=["epsilon", "steps/q90"]), planned, curves)
     client = MlflowClient(f"sqlite:///{shared_database}")
     return Recorded(planned, curves, stored, client, client.get_run(stored.run_id))
 
@@ -192,7 +193,7 @@ def test_steps_beyond_sixteen_bits_are_kept(tmp_path: Path):
     steps = np.array([[70_000, 2**31 - 2]], dtype=np.int32)
     ones = np.ones((1, 2), np.int32)
     curves = LearningCurves(steps, np.array([[True, False]]), ones[0, :1], ones, np.array([0.1, 0.1]), 1.0)
-    record.write_artifacts(tmp_path, compose(), curves)
+    (tmp_path / "periods.npz").write_bytes(record.periods_file(curves))
     np.testing.assert_array_equal(record.read_periods(tmp_path / "periods.npz")["steps"], steps)
 
 

@@ -14,8 +14,8 @@ from filelock import FileLock
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import store
-from rl_design_space.tracking.store import connect, sqlite_path
-from tests.tracking.stores import import_mlflow, options
+from rl_design_space.tracking.store import StoreUnavailableError, connect, sqlite_path
+from tests.tracking.stores import import_mlflow, tracker_at
 
 
 @pytest.fixture(autouse=True)
@@ -48,11 +48,11 @@ def test_a_relative_path_is_that_of_the_current_folder(tmp_path: Path, monkeypat
 
 CREATES = """
 import sys
-from rl_design_space.tracking import MlflowTracking
+from rl_design_space.tracking.store import connect
 import mlflow.store.tracking.sqlalchemy_store
 print("ready", flush=True)
 sys.stdin.readline()
-print(MlflowTracking(uri=sys.argv[1]).open().location, flush=True)
+print(connect(sys.argv[1]).search_experiments()[0].name, flush=True)
 """
 
 
@@ -70,35 +70,45 @@ def test_processes_that_create_the_same_database_at_once_all_succeed(tmp_path: P
     for process in processes:
         out, err = process.communicate(timeout=100)
         assert process.returncode == 0, err
-        assert uri in out
+        assert out == "Default\n"
     assert pragma(tmp_path / "new" / "mlflow.db", "integrity_check") == "ok"
 
 
-def test_a_database_that_another_process_writes_to_for_long_is_told(database: Path, monkeypatch: pytest.MonkeyPatch):
-    connect(f"sqlite:///{database}")
+def test_a_database_that_another_process_writes_to_is_unavailable(database: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(store, "_WRITER_PATIENCE", 0.05)
     with closing(sqlite3.connect(database, isolation_level=None)) as writer:
         writer.execute("BEGIN EXCLUSIVE")
-        with pytest.raises(ConfigError, match=r"tracking\.uri=sqlite:.*mlflow\.db: cannot be used: .*locked"):
-            options(database).open()
+        with pytest.raises(StoreUnavailableError, match=r"sqlite:.*mlflow\.db: .*locked"):
+            connect(f"sqlite:///{database}")
         writer.execute("ROLLBACK")
-    options(database).open()
+    connect(f"sqlite:///{database}")
 
 
-def test_a_database_that_another_process_creates_for_long_is_told(database: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_database_that_another_process_creates_is_unavailable(database: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(store, "_CREATION_PATIENCE", 0.05)
-    message = r"tracking\.uri=sqlite:.*mlflow\.db: cannot be used: another process"
-    with FileLock(f"{database}.lock"), pytest.raises(ConfigError, match=message):
-        options(database).open()
-    options(database).open()
+    message = r"sqlite:.*mlflow\.db: another process"
+    with FileLock(f"{database}.lock"), pytest.raises(StoreUnavailableError, match=message):
+        connect(f"sqlite:///{database}")
+    connect(f"sqlite:///{database}")
 
 
-def test_a_file_that_is_no_database_is_told_and_left_alone(tmp_path: Path):
-    path, content = tmp_path / "notes.txt", "colour: red\n" * 100
+def asked(path: Path) -> None:
+    """Ask a store as a sweep does before it begins."""
+    tracker_at(path, spool=str(path.parent.parent / "spool")).finished(["0" * 64])
+
+
+USES = [lambda path: connect(f"sqlite:///{path}"), asked]
+
+
+@pytest.mark.parametrize("use", USES)
+def test_a_file_that_is_no_database_is_told_and_left_alone(tmp_path: Path, use):
+    path, content = tmp_path / "in" / "notes.txt", "colour: red\n" * 100
+    path.parent.mkdir()
     path.write_text(content, encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"tracking\.uri=.*notes\.txt: cannot be used: file is not a database"):
-        options(path).open()
+    with pytest.raises(ConfigError, match=r"tracking\.uri=.*notes\.txt: cannot be used: .*file is not a database"):
+        use(path)
     assert path.read_text(encoding="utf-8") == content
+    assert [other.name for other in path.parent.iterdir() if other.suffix not in (".lock", ".claims")] == ["notes.txt"]
 
 
 def test_a_database_of_another_version_of_mlflow_is_told(database: Path):
@@ -106,7 +116,7 @@ def test_a_database_of_another_version_of_mlflow_is_told(database: Path):
         other.execute("update alembic_version set version_num = 'of another version'")
         other.commit()
     with pytest.raises(ConfigError, match=r"tracking\.uri=.*cannot be used: Detected out-of-date database schema"):
-        options(database).open()
+        connect(f"sqlite:///{database}")
 
 
 def test_a_database_of_another_program_is_told(tmp_path: Path):
@@ -115,18 +125,20 @@ def test_a_database_of_another_program_is_told(tmp_path: Path):
         other.execute("insert into alembic_version values ('of another program')")
         other.commit()
     with pytest.raises(ConfigError, match=r"tracking\.uri=.*other\.db: cannot be used"):
-        options(tmp_path / "other.db").open()
+        connect(f"sqlite:///{tmp_path}/other.db")
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path):
     (tmp_path / "file").touch()
     with pytest.raises(ConfigError, match=r"tracking\.uri=.*file/mlflow\.db: cannot be used"):
-        options(tmp_path / "file" / "mlflow.db").open()
+        connect(f"sqlite:///{tmp_path}/file/mlflow.db")
 
 
-def test_a_folder_is_no_database(tmp_path: Path):
-    with pytest.raises(ConfigError, match=r"cannot be used: unable to open database file"):
-        options(tmp_path).open()
+@pytest.mark.parametrize("use", USES)
+def test_a_folder_is_no_database(tmp_path: Path, use):
+    (tmp_path / "in" / "folder").mkdir(parents=True)
+    with pytest.raises(ConfigError, match=r"cannot be used: .*unable to open database file"):
+        use(tmp_path / "in" / "folder")
 
 
 @pytest.mark.parametrize(
@@ -154,9 +166,9 @@ def test_a_driver_that_is_not_installed_is_told(monkeypatch: pytest.MonkeyPatch)
         connect("postgresql://127.0.0.1:9/x")
 
 
-def test_a_server_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch):
+def test_a_server_that_is_not_there_is_unavailable(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "0")
-    with pytest.raises(ConfigError, match=r"tracking\.uri=http://127\.0\.0\.1:9: cannot be used: API request to"):
+    with pytest.raises(StoreUnavailableError, match=r"http://127\.0\.0\.1:9: API request to"):
         connect("http://127.0.0.1:9")
 
 

@@ -1,0 +1,46 @@
+"""Points recorded as a first attempt would, with MLflow's fluent API: `python -m benchmarks.naive DATABASE POINTS`."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import rl_design_space as rds
+from rl_design_space.learning.names import CURVES
+from rl_design_space.sweep.compose import compose
+from rl_design_space.tracking.record import config_file, params, periods_file
+from rl_design_space.tracking.store import configure_mlflow
+
+
+def main() -> None:
+    """Record the same of one point again and again; the CPU seconds of it as JSON."""
+    configure_mlflow()
+    import mlflow
+
+    planned = compose()
+    curves = rds.simulate(planned.point)
+    mlflow.set_tracking_uri(f"sqlite:///{sys.argv[1]}")
+    place = Path(sys.argv[1]).parent / "artifacts"
+    mlflow.set_experiment(experiment_id=mlflow.create_experiment("points", artifact_location=place.as_uri()))
+    started = time.process_time()
+    for _ in range(int(sys.argv[2])):
+        with mlflow.start_run():
+            for name, value in params(planned).items():
+                mlflow.log_param(name, value)
+            for name, number in curves.scalars(planned.point.world.shape).items():
+                mlflow.log_metric(name, number)
+            for name in CURVES:
+                for trial, number in enumerate(curves.curves[name].tolist()):
+                    mlflow.log_metric(name, number, step=trial)
+            with TemporaryDirectory() as folder:
+                for file, content in (("config.yaml", config_file(planned)), ("periods.npz", periods_file(curves))):
+                    (Path(folder) / file).write_bytes(content)
+                    mlflow.log_artifact(str(Path(folder) / file))
+    print(json.dumps({"cpu": time.process_time() - started}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,90 @@
+"""What it costs to record a point, and what learning loses by it.
+
+The tracker process writes behind; its CPU time is that of the command's children. A sweep is run with few points and
+with many, and the difference, divided by the points that it has more, is what a point costs. The naive way, MLflow's
+fluent API with a call a value, records the same into a database as MLflow makes it. Learning is timed with and without
+a tracker, in turns: seconds of the learning threads a move.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pandas as pd
+
+from benchmarks.client import ROOT
+from benchmarks.tables import number, spread
+from rl_design_space.learning.cores import available_threads
+
+#: Points of the smaller and of the larger sweep, and of the naive way.
+_FEW, _MANY, _NAIVE = 20, 520, 10
+OURS, NAIVE = "rl-design-space", "fluent API, a call a value"
+
+
+def measure(rounds: int, report: Callable[[str], None] = print) -> pd.DataFrame:
+    """Record in both ways, and learn with and without a tracker, in turns.
+
+    Returns:
+        One row a case and round: case, round, cpu_ms a point, and of ours slowed: seconds a move over those without.
+    """
+    rows = []
+    all_threads = available_threads()
+    for round_ in range(rounds):
+        for threads in sorted({max(all_threads - 1, 1), all_threads}):
+            few, many = (_sweep(points, threads) for points in (_FEW, _MANY))
+            without = _sweep(_MANY, threads, "tracking=none")
+            cpu = (many["tracker_cpu"] - few["tracker_cpu"]) / (_MANY - _FEW)
+            slowed = (many["learning"] / many["moves"]) / (without["learning"] / without["moves"])
+            case = f"{OURS}, {threads} of {all_threads} cores learn"
+            rows.append({"case": case, "round": round_, "cpu_ms": 1e3 * cpu, "slowed": slowed})
+        rows.append({"case": NAIVE, "round": round_, "cpu_ms": 1e3 * _naive(), "slowed": float("nan")})
+        report(f"tracking: round {round_ + 1} of {rounds}")
+    return pd.DataFrame(rows)
+
+
+def summary(calls: pd.DataFrame) -> pd.DataFrame:
+    """Medians and quartiles, and how many times ours the CPU time is, within a round."""
+    ours = calls[calls["case"].str.startswith(OURS)].groupby("round")["cpu_ms"].mean()
+    grouped = calls.assign(ratio=calls["cpu_ms"] / calls["round"].map(ours)).groupby("case", sort=False)
+    parts = {"ratio": grouped["ratio"].median()}
+    for name in ("cpu_ms", "slowed"):
+        parts[name] = grouped[name].median()
+        parts[f"{name}_q25"] = grouped[name].quantile(0.25)
+        parts[f"{name}_q75"] = grouped[name].quantile(0.75)
+    return pd.DataFrame(parts).reset_index()
+
+
+def text_of(frame: pd.DataFrame) -> pd.DataFrame:
+    """The table that people read."""
+    rows = [
+        {
+            "way": row["case"],
+            "CPU ms a point": spread(row, "cpu_ms", "cpu_ms_q25", "cpu_ms_q75"),
+            "over ours": number(row["ratio"]),
+            "learning, over that without": spread(row, "slowed", "slowed_q25", "slowed_q75"),
+        }
+        for row in frame.to_dict("records")
+    ]
+    return pd.DataFrame(rows)
+
+
+def _sweep(points: int, threads: int, *more: str) -> dict[str, float]:
+    with TemporaryDirectory() as folder:
+        sweep = ["-m", f"seed=range(0,{points})", f"threads={threads}", f"outputs={folder}", *more]
+        command = [sys.executable, "-m", "benchmarks.tracked", *sweep]
+        ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+        figures: dict[str, float] = json.loads(ended.stderr.splitlines()[-1])
+        return figures
+
+
+def _naive() -> float:
+    """CPU seconds a point."""
+    with TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "benchmarks.naive", str(Path(folder) / "mlflow.db"), str(_NAIVE)]
+        ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+        return float(json.loads(ended.stdout.splitlines()[-1])["cpu"]) / _NAIVE

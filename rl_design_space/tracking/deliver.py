@@ -1,0 +1,201 @@
+"""From a spool into an MLflow tracking store: each record once, however often that is begun."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from rl_design_space.tracking.claims import Claims
+from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool, point_name
+from rl_design_space.tracking.store import deleted_experiment, sqlite_path
+
+if TYPE_CHECKING:
+    from mlflow import MlflowClient
+    from mlflow.entities import Run
+
+#: MLflow refuses larger batches.
+_BATCH = 1000
+#: Tags of ours: what identifies a point; the spool that a run is written from; the sweep that a summary run is of; why
+#: a run is not complete.
+FINGERPRINT_TAG, SPOOL_TAG = "fingerprint", "rl_design_space.spool"
+SWEEP_TAG, INCOMPLETE_TAG = "rl_design_space.sweep", "rl_design_space.incomplete"
+_NOTE_TAG = "mlflow.note.content"
+
+
+class Delivery:
+    """Tells a tracking store what is in a spool.
+
+    Whoever uses it holds the spool's lock: then every run that this spool has begun, and that is RUNNING, is either one
+    to go on with or one that nobody writes to any more.
+
+    Args:
+        client: of the store.
+        spool: where the records are.
+        claims: of the points of that store.
+    """
+
+    def __init__(self, client: MlflowClient, spool: Spool, claims: Claims) -> None:
+        self._client = client
+        self._spool = spool
+        self._claims = claims
+        self._address = spool.address
+        self._identity = spool.identity
+        self._kinds: Mapping[str, Callable[[Record, bool], None]] = {
+            OPEN: self._open_sweep,
+            POINT: self._record_point,
+            STUDIES: self._add_studies,
+            CLOSE: self._close_sweep,
+            TIDY: lambda record, again: self.close_stale_runs(),
+        }
+
+    def __call__(self, record: Record, again: bool) -> None:
+        """Deliver a record.
+
+        Args:
+            record: what to tell the store.
+            again: whether it may have been begun before, or the store may have it from somebody else.
+
+        Raises:
+            Exception: whatever MLflow raises.
+        """
+        self._kinds[record.kind](record, again)
+
+    def close_stale_runs(self) -> None:
+        """Mark as KILLED what this spool has begun and nobody will end: its record is gone, or its sweep has died."""
+        for run in self._search(f"tags.`{SPOOL_TAG}` = '{self._identity}' and attributes.status = 'RUNNING'"):
+            if sweep := run.data.tags.get(SWEEP_TAG):
+                if self._spool.has(Record(CLOSE, sweep, {}).name) or not self._claims.take(sweep):
+                    continue
+                self._claims.release(sweep)
+            elif self._spool.has(point_name(run.data.tags.get(FINGERPRINT_TAG, ""))):
+                continue
+            self._client.set_tag(run.info.run_id, INCOMPLETE_TAG, "the process that wrote it has ended")
+            self._client.set_terminated(run.info.run_id, "KILLED")
+
+    def _record_point(self, record: Record, again: bool) -> None:
+        content = record.content
+        found = self._found(FINGERPRINT_TAG, record.key, self._points) if again else None
+        if found and found.info.status == "FINISHED":
+            self._tag(
+                found.info.run_id, {name: value for name, value in content["tags"].items() if name[:6] == "study."}
+            )
+            return
+        run_id = found.info.run_id if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})
+        self._log(run_id, content["started"], content["metrics"], content["params"])
+        self._log_artifacts(run_id, record.artifacts)
+        self._claims.announce(record.key)
+        self._client.set_terminated(run_id, "FINISHED")
+
+    def _add_studies(self, record: Record, again: bool) -> None:
+        for fingerprint, tags in record.content["tags"].items():
+            if run := self._found(FINGERPRINT_TAG, fingerprint, self._points):
+                self._tag(run.info.run_id, tags)
+
+    def _open_sweep(self, record: Record, again: bool) -> None:
+        found = self._found(SWEEP_TAG, record.key, self._sweeps) if again else None
+        content = record.content
+        run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
+        self._log_artifacts(run_id, record.artifacts)
+        for name, value in content["views"].items():
+            self._client.set_experiment_tag(self._points, name, value)
+
+    def _close_sweep(self, record: Record, again: bool) -> None:
+        content = record.content
+        found = self._found(SWEEP_TAG, record.key, self._sweeps)
+        run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
+        self._log(run_id, content["started"], content["metrics"], {})
+        self._log_artifacts(run_id, record.artifacts)
+        self._tag(run_id, {_NOTE_TAG: content["note"]})
+        self._client.set_terminated(run_id, content["status"], content["ended"])
+
+    @cached_property
+    def _points(self) -> str:
+        return experiment_id(self._client, "experiment", self._address.experiment, self._address.uri)
+
+    @cached_property
+    def _sweeps(self) -> str:
+        return experiment_id(self._client, "sweeps", self._address.sweeps, self._address.uri)
+
+    def _create(self, experiment: str, content: Mapping[str, Any], tags: Mapping[str, str]) -> str:
+        run = self._client.create_run(
+            experiment,
+            start_time=content["started"],
+            run_name=content["name"],
+            tags={**content["tags"], **tags, SPOOL_TAG: self._identity},
+        )
+        return str(run.info.run_id)
+
+    def _found(self, tag: str, value: str, experiment: str) -> Run | None:
+        """The run of a point or sweep: the complete one, or one that this spool has begun."""
+        runs = self._client.search_runs([experiment], f"tags.`{tag}` = '{value}'")
+        begun = [run for run in runs if run.info.status == "RUNNING" and run.data.tags.get(SPOOL_TAG) == self._identity]
+        return next((run for run in [*runs, *begun] if run in begun or run.info.status == "FINISHED"), None)
+
+    def _search(self, wanted: str) -> Sequence[Run]:
+        runs: Sequence[Run] = self._client.search_runs([self._points, self._sweeps], wanted)
+        return runs
+
+    def _tag(self, run_id: str, tags: Mapping[str, str]) -> None:
+        from mlflow.entities import RunTag
+
+        if tags:
+            self._client.log_batch(run_id, tags=[RunTag(name, value) for name, value in tags.items()])
+
+    def _log(
+        self, run_id: str, timestamp: int, metrics: Sequence[tuple[str, float, int]], params: Mapping[str, str]
+    ) -> None:
+        """Params and metrics; the same twice is the same as once, because the timestamps are."""
+        from mlflow.entities import Metric, Param
+
+        points = [Metric(name, value, timestamp, step) for name, value, step in metrics]
+        choices = [Param(name, value) for name, value in params.items()]
+        room = _BATCH - len(choices)
+        self._client.log_batch(run_id, metrics=points[:room], params=choices)
+        for first in range(room, len(points), _BATCH):
+            self._client.log_batch(run_id, metrics=points[first : first + _BATCH])
+
+    def _log_artifacts(self, run_id: str, artifacts: Mapping[str, bytes]) -> None:
+        if not artifacts:
+            return
+        with TemporaryDirectory() as folder:
+            for name, content in artifacts.items():
+                (Path(folder) / name).write_bytes(_compressed(content) if name.endswith(".npz") else content)
+            self._client.log_artifacts(run_id, folder)
+
+
+def experiment_id(client: MlflowClient, key: str, name: str, uri: str) -> str:
+    """The id of an experiment, made if need be; artifacts of a SQLite store go into a folder beside it.
+
+    Raises:
+        ConfigError: somebody has deleted it; `key` is where its name is configured.
+    """
+    from mlflow.exceptions import MlflowException
+
+    if known := client.get_experiment_by_name(name):
+        if known.lifecycle_stage == "deleted":
+            raise deleted_experiment(key, name)
+        return str(known.experiment_id)
+    database = sqlite_path(uri)
+    place = (database.parent / "artifacts" / name.replace(" ", "-")).as_uri() if database else None
+    try:
+        return str(client.create_experiment(name, artifact_location=place))
+    except MlflowException:
+        # Another process may have created it a moment ago.
+        if known := client.get_experiment_by_name(name):
+            return str(known.experiment_id)
+        raise
+
+
+def _compressed(archive: bytes) -> bytes:
+    """A ZIP file with the same members, deflated; that takes time, so it is not done where points are learned."""
+    buffer = BytesIO()
+    with zipfile.ZipFile(BytesIO(archive)) as source, zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as target:
+        for name in source.namelist():
+            # Without a time, so that equal results are equal files.
+            target.writestr(zipfile.ZipInfo(name), source.read(name), zipfile.ZIP_DEFLATED)
+    return buffer.getvalue()

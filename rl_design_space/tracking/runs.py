@@ -1,0 +1,109 @@
+"""Tracked runs as a tidy pandas frame: what each point is, and the numbers that sum it up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.names import SCALARS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rl_design_space.tracking.source import Found
+
+#: A tag for each study.
+_STUDY_TAG = "study."
+
+
+def frame_of(found: Iterable[Found]) -> pd.DataFrame:
+    """A row a run, by its id.
+
+    Returns:
+        `name`, `fingerprint`, `studies` (names, separated by spaces), `started` and `ended` (UTC), `artifacts` (where
+        they are); a column for every param, numbers as numbers; and the scalars, see `LearningCurves.scalars`.
+    """
+    import pandas as pd
+
+    runs = sorted(found, key=lambda run: (run.started, run.run_id))
+    index = pd.Index([run.run_id for run in runs], name="run_id")
+    columns: dict[str, Any] = {
+        "name": [run.name for run in runs],
+        "fingerprint": [run.tags.get("fingerprint") for run in runs],
+        "studies": [" ".join(sorted(_studies(run.tags))) for run in runs],
+        "started": _times(run.started for run in runs),
+        "ended": _times(run.ended for run in runs),
+        "artifacts": [run.artifacts for run in runs],
+    }
+    for name in sorted({name for run in runs for name in run.params}):
+        texts = [run.params.get(name) for run in runs]
+        typed = {text: _typed(text) for text in set(texts)}
+        columns[name] = [typed[text] for text in texts]
+    for name in SCALARS:
+        columns[name] = pd.array([run.metrics.get(name) for run in runs], dtype="float64")
+    return pd.DataFrame(columns, index=index)
+
+
+def of_study(frame: pd.DataFrame, study: str) -> pd.DataFrame:
+    """The runs that belong to a study.
+
+    Raises:
+        ConfigError: none does; the studies that there are are named.
+    """
+    belongs = frame["studies"].map(lambda names: study in names.split(" ")).astype(bool)
+    if not belongs.any():
+        known = {name for names in frame["studies"].unique() for name in names.split(" ") if name}
+        raise ConfigError.unknown("study among these runs", study, known)
+    return frame[belongs]
+
+
+def filtered(found: Sequence[Found], text: str) -> list[Found]:
+    """The runs that a filter of MLflow's search finds: `params.reward = 'end_reward' and metrics.total_steps < 9000`.
+
+    Raises:
+        ConfigError: it is no filter.
+    """
+    from types import SimpleNamespace
+
+    from mlflow.exceptions import MlflowException
+    from mlflow.utils.search_utils import SearchUtils
+
+    def as_mlflow_has_it(run: Found) -> SimpleNamespace:
+        info = SimpleNamespace(
+            run_id=run.run_id, run_name=run.name, start_time=run.started, end_time=run.ended, status="FINISHED",
+            artifact_uri=run.artifacts,
+        )  # fmt: skip
+        data = SimpleNamespace(params=run.params, metrics=run.metrics, tags=run.tags)
+        return SimpleNamespace(info=info, data=data, inputs=SimpleNamespace(dataset_inputs=[]), found=run)
+
+    try:
+        matching = SearchUtils.filter([as_mlflow_has_it(run) for run in found], text)  # type: ignore[no-untyped-call]
+        return [each.found for each in matching]
+    except MlflowException as error:
+        first_line = str(error).splitlines()[0]
+        raise ConfigError.at("filter", text, f"should be a filter of MLflow's search: {first_line}") from error
+
+
+def _times(milliseconds: Iterable[int]) -> pd.DatetimeIndex:
+    import numpy as np
+    import pandas as pd
+
+    return pd.DatetimeIndex(np.array(list(milliseconds), "datetime64[ms]")).tz_localize("UTC")
+
+
+def _studies(tags: Mapping[str, str]) -> list[str]:
+    return [name.removeprefix(_STUDY_TAG) for name in tags if name.startswith(_STUDY_TAG)]
+
+
+def _typed(text: str | None) -> Any:
+    """A param as it was before MLflow made text of it; lists stay text, so that runs can be grouped by them."""
+    if text is None:
+        return None
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+    return value if isinstance(value, (int, float, bool)) else text

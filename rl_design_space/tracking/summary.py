@@ -1,0 +1,106 @@
+"""What the summary run of a sweep shows: a note, and tables of its plan, its best points and its failures."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+from rl_design_space.learning.names import SCALARS
+from rl_design_space.tracking import values
+
+if TYPE_CHECKING:
+    from rl_design_space.sweep.plan import Plan
+    from rl_design_space.tracking.tracker import SweepEnding
+
+#: What the best points are chosen by, the least first.
+_RANKED_BY = "total_steps"
+#: How many of the best points the note shows, and which numbers of each.
+_BEST = 10
+_SHOWN = ("total_steps", "total_steps_sem", "failed_trials", "final_steps_over_optimum")
+PLAN_FILE, BEST_FILE, FAILURES_FILE = "plan.csv", "leaderboard.csv", "failures.csv"
+
+
+def opening_note(plan: Plan, command: str, origin: Mapping[str, str]) -> str:
+    """The note while the sweep is under way."""
+    return _note(plan, command, origin, "under way")
+
+
+def closing_note(plan: Plan, command: str, origin: Mapping[str, str], ending: SweepEnding) -> str:
+    """The note when it has ended: with its verdict, failures, and the best points."""
+    parts = [_note(plan, command, origin, f"{ending.status}: {ending.verdict}")]
+    if ending.failures:
+        lines = [f"- `{again}`: {error}" for again, error in list(ending.failures.items())[:_BEST]]
+        parts.append("\n".join([f"**{len(ending.failures)} failed** (all in `{FAILURES_FILE}`):", "", *lines]))
+    if best := _ranked(plan, ending)[:_BEST]:
+        columns = ["rank", *plan.axes, *(name for name in _SHOWN if any(name in row for row in best))]
+        parts.append(f"**Fewest {_RANKED_BY}** (all in `{BEST_FILE}`):\n\n{_markdown(columns, best)}")
+    return "\n\n".join(parts)
+
+
+def opening_tables(plan: Plan) -> dict[str, bytes]:
+    """The plan, a row a point."""
+    columns = sorted({name for planned in plan for name in planned.parameters})
+    rows = [{"fingerprint": planned.fingerprint, **planned.parameters} for planned in plan]
+    return {PLAN_FILE: _csv(["fingerprint", *columns], rows)}
+
+
+def closing_tables(plan: Plan, ending: SweepEnding) -> dict[str, bytes]:
+    """All recorded points from the best on, and the failures if there were any."""
+    tables = {}
+    if ranked := _ranked(plan, ending):
+        tables[BEST_FILE] = _csv(["rank", *plan.axes, *SCALARS, "run_id", "fingerprint"], ranked)
+    if ending.failures:
+        rows = [{"command": again, "error": error} for again, error in ending.failures.items()]
+        tables[FAILURES_FILE] = _csv(["command", "error"], rows)
+    return tables
+
+
+def _note(plan: Plan, command: str, origin: Mapping[str, str], verdict: str) -> str:
+    who = f"{origin.get('mlflow.user', 'somebody')} on {origin['rl_design_space.host']}"
+    code = f"rl-design-space {origin['rl_design_space.version']}"
+    if commit := origin.get("mlflow.source.git.commit"):
+        code += f", commit {commit[:10]}"
+    axes = " × ".join(f"{len(counts)} {name}" for name, counts in plan.axes.items())
+    return "\n".join(
+        [
+            f"**{plan.name}**: {len(plan):,} points{f' ({axes})' if axes else ''}",
+            "",
+            f"- {verdict}",
+            f"- `{values.tag(command)}`",
+            f"- by {who}, {code}",
+        ]
+    )
+
+
+def _ranked(plan: Plan, ending: SweepEnding) -> list[dict[str, Any]]:
+    rows = []
+    for planned in plan:
+        run = ending.stored.get(planned.fingerprint)
+        if run and _RANKED_BY in run.scalars:
+            ids = {"run_id": run.run_id, "fingerprint": planned.fingerprint}
+            chosen = {name: value for name, value in planned.parameters.items() if name in plan.axes}
+            rows.append({**chosen, **run.scalars, **ids})
+    rows.sort(key=lambda row: row[_RANKED_BY])
+    return [{"rank": rank, **row} for rank, row in enumerate(rows, 1)]
+
+
+def _markdown(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
+    lines = [columns, ["---"] * len(columns), *([_cell(row.get(name, "")) for name in columns] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float) and math.isfinite(value):
+        return f"{value:,.4g}" if abs(value) < 1000 else f"{value:,.0f}"
+    return str(value)
+
+
+def _csv(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> bytes:
+    buffer = StringIO(newline="")
+    writer = csv.DictWriter(buffer, columns, extrasaction="ignore")
+    writer.writeheader()
+    writer.writerows(rows)
+    return buffer.getvalue().encode()

@@ -1,0 +1,220 @@
+"""The tracker process: it delivers what is in a spool, for as long as the process that started it lives."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from threading import Event, Thread
+
+from filelock import Timeout
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.claims import claims_at, claims_path
+from rl_design_space.tracking.deliver import Delivery
+from rl_design_space.tracking.spool import DamagedRecordError, Spool, is_summary
+from rl_design_space.tracking.store import StoreUnavailableError, connect, passes, reason
+
+#: Seconds between two looks into an empty spool, and between two attempts at a store that cannot be used: at first,
+#: and at most.
+_GLANCE, _FIRST_PAUSE, _LONGEST_PAUSE = 0.05, 0.5, 8.0
+#: Times that a store may refuse a record; the second time it is looked at anew.
+_REFUSALS = 2
+
+
+class Writer:
+    """Delivers records until it is told to end.
+
+    Args:
+        spool: where they are.
+        tell: is told what is wrong with the store, or None when it is well again.
+        ended: whether to end; what is being delivered is ended first.
+        niceness: how much lower the priority of this process is to be once it is ready.
+    """
+
+    def __init__(self, spool: Spool, tell: Callable[[str | None], None], ended: Event, niceness: int = 0) -> None:
+        self._spool = spool
+        self._niceness = niceness
+        self._tell = tell
+        self._ended = ended
+        self._failures: Counter[str] = Counter()
+        self._pause = 0.0
+        self._delivery: Delivery | None = None
+        self._queue: deque[str] = deque()
+        #: Records of before; the store may have part of them, or all.
+        self._old = set(spool.waiting())
+
+    def run(self) -> None:
+        """Deliver records as they come.
+
+        Raises:
+            ConfigError: the store is of no use.
+        """
+        while not self._ended.is_set():
+            if not self._deliver_next():
+                self._ended.wait(_GLANCE)
+            elif self._pause:
+                self._ended.wait(self._pause)
+        # How the sweep went is told before leaving, whatever else waits.
+        if self._delivery and not self._pause:
+            for name in self._spool.waiting():
+                if is_summary(name):
+                    self._deliver(name, self._delivery)
+
+    def run_until_empty(self, patience: float) -> None:
+        """Deliver all records, or give up when none could be delivered for so many seconds.
+
+        Raises:
+            ConfigError: the store is of no use.
+        """
+        until = time.monotonic() + patience
+        while self._deliver_next():
+            if not self._pause:
+                until = time.monotonic() + patience
+            elif time.monotonic() + self._pause > until:
+                return
+            self._ended.wait(self._pause)
+
+    def _deliver_next(self) -> bool:
+        """Deliver the next record; False if there is none."""
+        try:
+            delivery = self._opened()
+        except StoreUnavailableError as error:
+            self._trouble(str(error))
+            return True
+        if not self._queue:
+            # What has failed comes last: it may be at fault itself.
+            self._queue.extend(sorted(self._spool.waiting(), key=lambda name: self._failures[name]))
+        if not self._queue:
+            return False
+        self._deliver(self._queue.popleft(), delivery)
+        return True
+
+    def _deliver(self, name: str, delivery: Delivery) -> None:
+        try:
+            record = self._spool.read(name)
+        except FileNotFoundError:
+            return
+        except DamagedRecordError as error:
+            self._set_aside(name, f"damaged: {error}", delivery)
+            return
+        again = name in self._old or bool(self._failures[name]) or not record.content.get("checked", True)
+        try:
+            delivery(record, again)
+        except ConfigError:
+            raise
+        except Exception as error:
+            self._failures[name] += 1
+            if passes(error) or self._failures[name] < _REFUSALS:
+                self._trouble(reason(error))
+            else:
+                self._set_aside(name, f"refused: {reason(error)}", delivery)
+        else:
+            self._spool.remove(name)
+            self._old.discard(name)
+            self._fine()
+
+    def _set_aside(self, name: str, why: str, delivery: Delivery) -> None:
+        self._spool.set_aside(name, why)
+        with suppress(Exception):  # what is left of its run is closed now, or when a writer starts again
+            delivery.close_stale_runs()
+
+    def _opened(self) -> Delivery:
+        if self._delivery is None:
+            address = self._spool.address
+            client = connect(address.uri)
+            delivery = Delivery(client, self._spool, claims_at(claims_path(address.uri)))
+            try:
+                delivery.close_stale_runs()
+            except Exception as error:
+                if not passes(error):
+                    raise
+                raise StoreUnavailableError(reason(error)) from error
+            self._spool.sweep_up()
+            self._delivery = delivery
+            os.nice(self._niceness)
+            self._fine()
+        return self._delivery
+
+    def _trouble(self, what: str) -> None:
+        self._pause = min(2 * self._pause, _LONGEST_PAUSE) if self._pause else _FIRST_PAUSE
+        self._tell(what)
+
+    def _fine(self) -> None:
+        if self._pause:
+            self._tell(None)
+        self._pause = 0.0
+
+
+def deliver_all(spool: Spool, patience: float) -> str:
+    """Deliver a spool in this process.
+
+    Args:
+        spool: what to deliver.
+        patience: seconds without any delivery after which to give up.
+
+    Returns:
+        What kept it from being delivered wholly, if anything.
+
+    Raises:
+        ConfigError: the store is of no use.
+    """
+    trouble = ""
+
+    def tell(what: str | None) -> None:
+        nonlocal trouble
+        trouble = what or ""
+
+    try:
+        with spool.lock.acquire(timeout=patience):
+            Writer(spool, tell, Event()).run_until_empty(patience)
+    except Timeout:
+        return "another process is at it"
+    return trouble
+
+
+def main() -> None:
+    """Deliver the spool that is named on the command line, at a niceness that follows, until standard input ends.
+
+    What is told goes to standard output, a line of JSON each: `{"trouble": "…"}`, or null when it is over, and
+    `{"unusable": "…"}` before giving up.
+    """
+    # Signals are meant for the process that started this one, which ends it by closing its input.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    ended = Event()
+    Thread(target=_watch_input, args=(ended,), daemon=True).start()
+    spool, niceness = Spool(Path(sys.argv[1])), int(sys.argv[2])
+    while not ended.is_set():
+        try:
+            # Whoever delivers now delivers for all; to wait for it costs nothing, for nothing is imported yet.
+            with spool.lock.acquire(timeout=1):
+                Writer(spool, lambda trouble: _say(trouble=trouble), ended, niceness).run()
+        except Timeout:
+            continue
+        except ConfigError as error:
+            _say(unusable=str(error))
+            return
+
+
+def _watch_input(ended: Event) -> None:
+    sys.stdin.buffer.read()
+    ended.set()
+
+
+def _say(**message: str | None) -> None:
+    try:
+        print(json.dumps(message), flush=True)
+    except BrokenPipeError:
+        # Nobody listens any more; what is left to do is in the spool.
+        os.close(sys.stdout.fileno())
+
+
+if __name__ == "__main__":
+    main()

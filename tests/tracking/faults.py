@@ -1,0 +1,87 @@
+"""Processes that are killed right at a stage of writing, and what is left of their sweeps."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+from tests.commands import SCRIPTS, environment
+
+#: Put where Python looks when it starts: it kills the tracker process, or its whole process group, at stages that the
+#: environment names, each once. Nothing of the program knows about it.
+SABOTAGE = """
+import os, signal, sys
+
+if "rl_design_space.tracking.writer" in sys.orig_argv:
+    from mlflow import MlflowClient
+
+    folder, whom = os.environ["FAULTS"], os.environ["FAULT_KILLS"]
+    counts = {}
+
+    def strike(stage):
+        try:
+            os.remove(os.path.join(folder, stage))
+        except FileNotFoundError:
+            return
+        os.kill(os.getpid(), signal.SIGKILL) if whom == "tracker" else os.killpg(0, signal.SIGKILL)
+
+    def sabotage(name):
+        original = getattr(MlflowClient, name)
+
+        def sabotaged(self, *args, **kwargs):
+            number = counts[name] = counts.get(name, 0) + 1
+            strike(f"before {name} {number}")
+            result = original(self, *args, **kwargs)
+            strike(f"after {name} {number}")
+            return result
+
+        setattr(MlflowClient, name, sabotaged)
+
+    for name in ("create_run", "log_batch", "log_artifacts", "set_terminated"):
+        sabotage(name)
+"""
+
+
+class Sabotage:
+    """Runs commands whose tracker is killed.
+
+    Args:
+        folder: to run them in.
+        kills: `tracker`, or `sweep` for all of its processes.
+    """
+
+    def __init__(self, folder: Path, kills: str) -> None:
+        self.folder = folder
+        self._faults = folder / "faults"
+        for name in ("own", "temporary", "faults"):
+            (folder / name).mkdir()
+        (folder / "own" / "sitecustomize.py").write_text(SABOTAGE, encoding="utf-8")
+        self._environment = environment(folder, FAULTS=str(self._faults), FAULT_KILLS=kills)
+
+    def run(self, *words: str, faults: tuple[str, ...] = ()) -> tuple[int, str]:
+        """Run rl-design-space in a process group of its own; its exit status and what it said.
+
+        Args:
+            words: of the command.
+            faults: stages at which to strike, e.g. `after log_batch 2`.
+        """
+        for fault in faults:
+            (self._faults / fault).touch()
+        process = subprocess.Popen(
+            [str(SCRIPTS / "rl-design-space"), *words],
+            cwd=self.folder,
+            env=self._environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+        try:
+            said, _ = process.communicate(timeout=100)
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+        assert not list(self._faults.iterdir()), f"a fault did not happen; {said}"
+        return process.returncode, said

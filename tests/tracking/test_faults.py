@@ -1,0 +1,196 @@
+"""Faults that really happen, through the real command: no point lost, none there twice, no run RUNNING for ever."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import sqlite3
+import subprocess
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from threading import Thread
+from time import sleep
+
+import pytest
+
+from tests.commands import SCRIPTS, commands_in, environment
+from tests.sweep.kills import Store
+from tests.tracking.faults import Sabotage
+from tests.tracking.stores import copy_database
+
+SWEEP = ("-m", "task.periods=3", "task.trials=10", "world.size=4,5,6", "outputs=out")
+POINTS = 3
+
+
+@pytest.fixture
+def folder(tmp_path: Path, empty_database: Path) -> Path:
+    """A folder with an empty database."""
+    (tmp_path / "out").mkdir()
+    copy_database(empty_database, tmp_path / "out" / "mlflow.db")
+    return tmp_path
+
+
+def check(folder: Path, sweeps: set[str] = frozenset({"FINISHED"})) -> None:
+    """Every point is there once and complete, nothing is RUNNING, nothing waits."""
+    store = Store(folder / "out" / "mlflow.db")
+    assert sorted(store.finished().values()) == [1] * POINTS
+    assert store.incomplete() == 0
+    assert set(store.statuses()) <= {"FINISHED", "KILLED"}
+    assert set(store.sweeps()) <= sweeps
+    assert not list((folder / "out" / "spool").glob("*/*.record"))
+
+
+#: One stage of each step that writing a point takes (the first run is that of the sweep), and of ending the sweep.
+STAGES = (
+    "before create_run 1",
+    "after create_run 2",
+    "after log_batch 1",
+    "after log_artifacts 2",
+    "before set_terminated 1",
+    "after set_terminated 1",
+)
+
+
+def test_a_tracker_that_is_killed_at_every_stage_is_started_again(folder: Path):
+    sabotage = Sabotage(folder, "tracker")
+    # Each stage is counted from the start of a tracker process, so they strike one process after the other.
+    status, said = sabotage.run(*SWEEP, faults=(STAGES[0], STAGES[3], STAGES[5]))
+    assert status == 0, said
+    check(folder)
+    status, said = sabotage.run(*SWEEP, "seed=1", faults=("after create_run 2", "after log_batch 1"))
+    assert status == 0, said
+    assert sorted(Store(folder / "out" / "mlflow.db").finished().values()) == [1] * 2 * POINTS
+    assert Store(folder / "out" / "mlflow.db").sweeps() == ["FINISHED"] * 2
+
+
+def test_a_sweep_that_is_killed_at_every_stage_is_gone_on_with(folder: Path):
+    sabotage = Sabotage(folder, "sweep")
+    for stage in STAGES:
+        status, said = sabotage.run(*SWEEP, faults=(stage,))
+        assert status == -signal.SIGKILL, said
+    status, said = sabotage.run(*SWEEP)
+    assert status == 0, said
+    check(folder, {"FINISHED", "KILLED"})
+
+
+def test_what_a_killed_sweep_had_learned_is_not_learned_again(folder: Path):
+    sabotage = Sabotage(folder, "sweep")
+    # The tracker strikes when all is learned: it takes seconds to start, learning does not.
+    status, said = sabotage.run(*SWEEP, faults=("before create_run 2",))
+    assert status == -signal.SIGKILL, said
+    status, said = sabotage.run(*SWEEP)
+    assert status == 0, said
+    assert "0 learned now, 3 before" in said
+    check(folder, {"KILLED"})
+
+
+def test_a_locked_database_is_waited_for(folder: Path):
+    process = subprocess.Popen(
+        [str(SCRIPTS / "rl-design-space"), *SWEEP],
+        cwd=folder,
+        env=environment(folder),
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    store = Store(folder / "out" / "mlflow.db")
+    while not store.statuses() and process.poll() is None:
+        sleep(0.01)
+    with closing(sqlite3.connect(store.database, isolation_level=None, timeout=30)) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        sleep(6)
+        other.execute("ROLLBACK")
+    said, _ = process.communicate(timeout=100)
+    assert process.returncode == 0, said
+    check(folder)
+
+
+def test_two_sweeps_may_create_a_store_at_the_same_moment(tmp_path: Path):
+    (tmp_path / "temporary").mkdir()
+    command = [str(SCRIPTS / "rl-design-space"), *SWEEP]
+    pipe = subprocess.PIPE
+    both = [
+        subprocess.Popen(command, cwd=tmp_path, env=environment(tmp_path), stdout=pipe, stderr=pipe, text=True)
+        for _ in range(2)
+    ]
+    for process in both:
+        said, err = process.communicate(timeout=120)
+        assert process.returncode == 0, said + err
+    check(tmp_path)
+
+
+def test_a_damaged_record_is_kept_aside_and_its_point_runs_again(folder: Path):
+    sabotage = Sabotage(folder, "sweep")
+    sabotage.run(*SWEEP, faults=("before create_run 2",))
+    damaged = next((folder / "out" / "spool").glob("*/1-point-*"))
+    damaged.write_bytes(damaged.read_bytes()[:-1])
+    status, said = sabotage.run(*SWEEP)
+    assert status == 0, said
+    assert "1 learned now, 2 before" in said
+    (kept,) = (folder / "out" / "spool").glob("*/aside/*.record")
+    assert kept.name.endswith(damaged.name)
+    check(folder, {"FINISHED", "KILLED"})
+
+
+# Full disks.
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path, empty_database: Path) -> Iterator[Path]:
+    """A folder whose outputs lie on a file system of their own, with a file that fills it but for a few kB."""
+    (tmp_path / "out").mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=24m", "none", str(tmp_path / "out")]
+    if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True).returncode:
+        pytest.skip("needs the right to mount a small file system")
+    try:
+        copy_database(empty_database, tmp_path / "out" / "mlflow.db")
+        yield tmp_path
+    finally:
+        subprocess.run(["umount", "--lazy", str(tmp_path / "out")], check=True)
+
+
+def fill(folder: Path, left: int = 40_960) -> Path:
+    """Fill the disk but for some bytes."""
+    filler = folder / "out" / "filler"
+    with filler.open("wb", buffering=0) as file:
+        try:
+            while file.write(b"\0" * 4096):
+                pass
+        except OSError:
+            pass
+        file.truncate(max(file.tell() - left, 0))
+    return filler
+
+
+def test_a_full_disk_is_waited_for(small_disk: Path):
+    filler = fill(small_disk)
+    thread = Thread(target=lambda: (sleep(12), filler.unlink()))
+    thread.start()
+    done = commands_in(small_disk)("rl-design-space", *SWEEP[:-1])
+    thread.join()
+    check(small_disk)
+    assert "3 learned now" in done.stdout
+
+
+def test_a_disk_that_stays_full_ends_the_sweep_and_loses_nothing(small_disk: Path):
+    filler = fill(small_disk, left=0)
+    command = commands_in(small_disk)
+    done = command("rl-design-space", *SWEEP[:-1], "tracking.patience=2", status=2)
+    assert re.search(r"error: .*/out/.*: No space left on device; ", done.stderr)
+    filler.unlink()
+    command("rl-design-space", *SWEEP[:-1])
+    check(small_disk, {"FINISHED", "KILLED"})
+
+
+def test_results_wait_for_a_database_whose_disk_is_full(small_disk: Path, tmp_path_factory: pytest.TempPathFactory):
+    filler = fill(small_disk, left=0)
+    command, elsewhere = commands_in(small_disk), f"tracking.spool={tmp_path_factory.mktemp('spool')}"
+    done = command("rl-design-space", *SWEEP[:-1], "tracking.patience=6", elsewhere, status=1)
+    assert "3 learned now" in done.stdout
+    assert re.search(r"5 results .* safe on disk, not yet in .*(full|I/O)", done.stdout)
+    assert "rl-design-space sync" in done.stdout
+    filler.unlink()
+    done = command("rl-design-space", "sync", elsewhere)
+    assert "5 records delivered" in done.stdout
+    check(small_disk)
