@@ -7,13 +7,14 @@ import signal
 import socket
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import SystemRandom
 from time import monotonic, sleep
 from typing import Self
 
-#: Below the ports that a system hands to outgoing connections, so that none of these takes it while a service is stopped.
+#: Below the ports that a system hands to outgoing connections, so that none of these takes that of a stopped service.
 _PORTS = range(20_000, 30_000)
 #: Seconds that a service may take to answer, and to end.
 _START, _END = 90, 20
@@ -91,20 +92,16 @@ class Service:
         """End it in good order; by force if that takes too long."""
         if self._process is not None:
             self._process.send_signal(self.ending)
-            try:
+            with suppress(subprocess.TimeoutExpired):
                 self._process.wait(_END)
-            except subprocess.TimeoutExpired:
-                pass
             self.kill()
 
     def kill(self) -> None:
         """End it, and all that it started, by SIGKILL."""
         if self._process is None:
             return
-        try:
+        with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
         self._process.wait()
         self._process = None
         if self._guard is not None:
