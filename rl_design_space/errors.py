@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 
-#: A URI up to its password, and that.
-_PASSWORD = re.compile(r"(://[^/\s:@]*):[^/\s@]+@")
+#: A password in a URI, and what comes before it. A port is none; databases take passwords with slashes.
+_PASSWORD = re.compile(r"(://[^/\s:@]*:)(?!\d*/)\S+(?=@)|([?&]password=)[^&\s]+")
 _FULL_ERROR = "HYDRA_FULL_ERROR"
 #: Whether the user asked for tracebacks; read before the command line sets the variable for its own ends.
 _TRACEBACKS = os.environ.get(_FULL_ERROR, "0") not in ("", "0")
@@ -67,4 +67,4 @@ def has_password(text: str) -> bool:
 
 def without_passwords(text: str) -> str:
     """The same text, with what is secret in its URIs left out."""
-    return _PASSWORD.sub(r"\1:…@", text)
+    return _PASSWORD.sub(r"\1\2…", text)

@@ -75,6 +75,7 @@ def runs(folder: Path, experiment: str = "design points", outputs: str = "out") 
 
 
 def _tree(folder: Path) -> set[Path]:
-    """Everything in a folder but what lies in its outputs."""
+    """Everything in a folder but what lies in its outputs, and the claims on points of stores that are no file."""
     outside = {path for path in folder.rglob("*") if "__pycache__" not in path.parts}
-    return {path for path in outside if not path.is_relative_to(folder / "out")}
+    allowed = (folder / "out", folder / "temporary" / f"rl-design-space-{os.getuid()}")
+    return {path for path in outside if not any(path.is_relative_to(place) for place in allowed)}

@@ -6,6 +6,8 @@ import os
 
 import pytest
 
+from tests.servers import _shared_mlflow_server, auth_server, mlflow_server, postgres  # noqa: F401  (fixtures)
+
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session) -> None:

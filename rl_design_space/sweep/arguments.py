@@ -12,7 +12,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
 from rl_design_space import user_config
-from rl_design_space.errors import ConfigError
+from rl_design_space.errors import ConfigError, has_password, without_passwords
 from rl_design_space.sweep.build import is_setting
 from rl_design_space.sweep.compose import check_options
 from rl_design_space.sweep.explain import explain
@@ -51,9 +51,15 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     """Sort the arguments of a command line, and check them as far as that is possible before Hydra composes them.
 
     Raises:
-        ConfigError: an argument is not an override, gives a value where an option is needed, or the flags and
-            overrides do not go together.
+        ConfigError: an argument holds a password, is not an override, gives a value where an option is needed, or the
+            flags and overrides do not go together.
     """
+    for argument in arguments:
+        if has_password(argument):
+            raise ConfigError(
+                f"{without_passwords(argument)}: should not hold a password, for commands are recorded with runs; "
+                "docs/server.md says where it belongs"
+            )
     flags = get_args_parser().parse_intermixed_args(arguments)
     overrides = [override for override in flags.overrides if _is_override(override)]
     try:

@@ -6,15 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.store import (
-    StoreAddress,
-    StoreUnavailableError,
-    deleted_experiment,
-    passes,
-    reason,
-    sqlite_path,
-)
+from rl_design_space.tracking.store import StoreAddress, deleted_experiment, sqlite_path, translated
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine
@@ -156,9 +148,7 @@ def _translated(uri: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if passes(error):
-            raise StoreUnavailableError(f"{uri}: {reason(error)}") from error
-        raise ConfigError.at("tracking.uri", uri, f"cannot be used: {reason(error)}") from error
+        raise translated(uri, error) from error
 
 
 def _joined(table: str) -> str:

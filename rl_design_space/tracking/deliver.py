@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rl_design_space.tracking.claims import Claims
 from rl_design_space.tracking.record import FINGERPRINT_TAG, INCOMPLETE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool, point_name
-from rl_design_space.tracking.store import deleted_experiment, sqlite_path
+from rl_design_space.tracking.store import StoreAddress, deleted_experiment, sqlite_path
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -114,11 +114,14 @@ class Delivery:
 
     @cached_property
     def _points(self) -> str:
-        return experiment_id(self._client, "experiment", self._address.experiment, self._address.uri)
+        return self._experiment("experiment", self._address.experiment)
 
     @cached_property
     def _sweeps(self) -> str:
-        return experiment_id(self._client, "sweeps", self._address.sweeps, self._address.uri)
+        return self._experiment("sweeps", self._address.sweeps)
+
+    def _experiment(self, key: str, name: str) -> str:
+        return experiment_id(self._client, key, name, artifacts_folder(self._address, self._spool.folder.parent))
 
     def _create(self, experiment: str, content: Mapping[str, Any], tags: Mapping[str, str]) -> str:
         run = self._client.create_run(
@@ -167,11 +170,33 @@ class Delivery:
             self._client.log_artifacts(run_id, folder)
 
 
-def experiment_id(client: MlflowClient, key: str, name: str, uri: str) -> str:
-    """The id of an experiment, made if need be; artifacts of a SQLite store go into a folder beside it.
+def artifacts_folder(address: StoreAddress, spools: Path) -> Path | None:
+    """Where the artifacts of a store go.
+
+    Args:
+        address: of the store.
+        spools: folder of all spools.
+
+    Returns:
+        A folder beside a SQLite database, or beside the spools for any other database, which MLflow would give a folder
+        of wherever a command was typed; None for a server, which knows for itself.
+    """
+    if address.is_server:
+        return None
+    return (sqlite_path(address.uri) or spools).parent / "artifacts"
+
+
+def experiment_id(client: MlflowClient, key: str, name: str, artifacts: Path | None) -> str:
+    """The id of an experiment, made if need be.
+
+    Args:
+        client: of the store.
+        key: where its name is configured.
+        name: of the experiment.
+        artifacts: folder for its artifacts, if it is made; None leaves that to the store.
 
     Raises:
-        ConfigError: somebody has deleted it; `key` is where its name is configured.
+        ConfigError: somebody has deleted it.
     """
     from mlflow.exceptions import MlflowException
 
@@ -179,8 +204,7 @@ def experiment_id(client: MlflowClient, key: str, name: str, uri: str) -> str:
         if known.lifecycle_stage == "deleted":
             raise deleted_experiment(key, name)
         return str(known.experiment_id)
-    database = sqlite_path(uri)
-    place = (database.parent / "artifacts" / name.replace(" ", "-")).as_uri() if database else None
+    place = (artifacts / name.replace(" ", "-")).as_uri() if artifacts else None
     try:
         return str(client.create_experiment(name, artifact_location=place))
     except MlflowException:

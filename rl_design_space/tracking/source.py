@@ -14,11 +14,11 @@ from rl_design_space.tracking.database import Database
 from rl_design_space.tracking.record import FINGERPRINT_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 from rl_design_space.tracking.store import (
     StoreAddress,
-    StoreUnavailableError,
     connect,
     deleted_experiment,
+    denial,
     passes,
-    reason,
+    translated,
 )
 from rl_design_space.tracking.tracker import StoredRun
 
@@ -252,9 +252,9 @@ def _told_when_unavailable(address: StoreAddress) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if isinstance(error, ConfigError) or not passes(error):
+        if isinstance(error, ConfigError) or not (passes(error) or denial(address.uri, error)):
             raise
-        raise StoreUnavailableError(f"{address.uri}: {reason(error)}") from error
+        raise translated(address.uri, error) from error
 
 
 def _counted(runs: Mapping[tuple[str, str], int]) -> Counted:

@@ -23,7 +23,12 @@ _SQLITE = "sqlite:///"
 _CREATION_PATIENCE, _WRITER_PATIENCE = 120, 5
 #: What databases say that can be used again in a while.
 _PASSING_WORDS = ("locked", "busy", "full", "connection", "connect", "starting up", "shutting down", "i/o")
-_SERVER_ERROR = 500
+_SERVER_ERROR, _TOO_MANY = 500, 429
+#: What a server answers to whom it does not know, and to who may not do this; what databases say to both.
+_UNKNOWN, _FORBIDDEN = 401, 403
+_DENYING_WORDS = ("authentication failed", "no password supplied", "permission denied", "pg_hba", '" does not exist')
+#: Of the lock in PostgreSQL under which tables are created.
+_CREATION_LOCK = 0x726C2D6473
 
 
 class StoreUnavailableError(Exception):
@@ -76,14 +81,10 @@ def connect(uri: str) -> MlflowClient:
     path = sqlite_path(uri)
     try:
         if path is None:
-            client = MlflowClient(uri)
-            client.search_experiments(max_results=1)
-            return client
+            return _answering(MlflowClient(uri)) if is_server(uri) else _open_database(uri)
         return _open_sqlite(path)
     except Exception as error:  # of MLflow, SQLAlchemy, Alembic, a driver, the file system
-        if passes(error):
-            raise StoreUnavailableError(f"{uri}: {reason(error)}") from error
-        raise ConfigError.at("tracking.uri", uri, f"cannot be used: {reason(error)}") from error
+        raise translated(uri, error) from error
 
 
 def is_server(uri: str) -> bool:
@@ -102,12 +103,45 @@ def absolute(uri: str) -> str:
     return f"{_SQLITE}{path}" if path else uri
 
 
+def translated(uri: str, error: Exception) -> ConfigError | StoreUnavailableError:
+    """An error of a store as ours."""
+    if denied := denial(uri, error):
+        return denied
+    if passes(error):
+        return StoreUnavailableError(f"{uri}: {reason(error)}")
+    return ConfigError.at("tracking.uri", uri, f"cannot be used: {reason(error)}")
+
+
+def denial(uri: str, error: BaseException) -> ConfigError | None:
+    """What to say if a store does not let its user do what was wanted; None if that is not what is wrong."""
+    status = _denying_status(error)
+    if status is None:
+        return None
+    if not is_server(uri):
+        where = "" if sqlite_path(uri) else "; a password belongs in the environment, PGPASSWORD for PostgreSQL"
+        return ConfigError.at("tracking.uri", uri, f"access denied: {reason(error)}{where}")
+    user = os.environ.get("MLFLOW_TRACKING_USERNAME")
+    if status == _FORBIDDEN:
+        who = f"user {user}" if user else "you"
+        return ConfigError.at("tracking.uri", uri, f"{who} may not write or read there; its administrator can allow it")
+    expected = (
+        f"the server does not know user {user} with the password in MLFLOW_TRACKING_PASSWORD"
+        if user
+        else "the server asks who you are: set MLFLOW_TRACKING_USERNAME and MLFLOW_TRACKING_PASSWORD in the environment"
+    )
+    return ConfigError.at("tracking.uri", uri, expected)
+
+
 def passes(error: BaseException) -> bool:
     """Whether an error is one of the moment: a lock, a full disk, a server that is away or in trouble itself."""
     from mlflow.exceptions import MlflowException
-    from requests.exceptions import RequestException
+    from requests.exceptions import HTTPError, RequestException
     from sqlalchemy.exc import DBAPIError
 
+    if _denying_status(error) is not None:
+        return False
+    if isinstance(error, HTTPError) and error.response is not None:
+        return error.response.status_code >= _SERVER_ERROR or error.response.status_code == _TOO_MANY
     if isinstance(error, (StoreUnavailableError, Timeout, RequestException, ConnectionError)):
         return True
     if isinstance(error, (DBAPIError, sqlite3.OperationalError)):
@@ -137,8 +171,42 @@ def deleted_experiment(key: str, name: str) -> ConfigError:
     return ConfigError.at(f"tracking.{key}", name, "was deleted in this store; restore it or use another name")
 
 
+def _denying_status(error: BaseException) -> int | None:
+    """401 or 403 if an error says that its user may not do this; 401, too, of a database."""
+    from mlflow.exceptions import MlflowException
+    from requests.exceptions import HTTPError
+    from sqlalchemy.exc import DBAPIError
+
+    if isinstance(error, MlflowException):
+        status: int = error.get_http_status_code()  # type: ignore[no-untyped-call]
+    elif isinstance(error, HTTPError) and error.response is not None:
+        status = error.response.status_code
+    elif isinstance(error, DBAPIError) and any(word in str(error.orig) for word in _DENYING_WORDS):
+        status = _UNKNOWN
+    else:
+        return None
+    return status if status in (_UNKNOWN, _FORBIDDEN) else None
+
+
 def _speaks_of_the_moment(text: str) -> bool:
     return "API request" in text or any(word in text.lower() for word in _PASSING_WORDS)
+
+
+def _answering(client: MlflowClient) -> MlflowClient:
+    client.search_experiments(max_results=1)
+    return client
+
+
+def _open_database(uri: str) -> MlflowClient:
+    """Connect once before MLflow does, which tries for an hour; hold a lock while it creates and migrates tables."""
+    import sqlalchemy
+    from mlflow import MlflowClient
+
+    engine = sqlalchemy.create_engine(uri, poolclass=sqlalchemy.NullPool)
+    with engine.connect() as connection:
+        if engine.dialect.name == "postgresql":
+            connection.execute(sqlalchemy.select(sqlalchemy.func.pg_advisory_lock(_CREATION_LOCK)))
+        return _answering(MlflowClient(uri))
 
 
 def _open_sqlite(path: Path) -> MlflowClient:
@@ -151,8 +219,7 @@ def _open_sqlite(path: Path) -> MlflowClient:
             database.execute("PRAGMA journal_mode = WAL")
             database.execute("BEGIN IMMEDIATE")
             database.rollback()
-        client = MlflowClient(f"{_SQLITE}{path}")
-        client.search_experiments(max_results=1)
+        client = _answering(MlflowClient(f"{_SQLITE}{path}"))
         analyze(path)
     return client
 

@@ -20,7 +20,7 @@ from rl_design_space.tracking.claims import claims_at, claims_path
 from rl_design_space.tracking.deliver import Delivery
 from rl_design_space.tracking.source import source_of
 from rl_design_space.tracking.spool import DamagedRecordError, Spool, is_summary, key_of
-from rl_design_space.tracking.store import StoreUnavailableError, connect, passes, reason
+from rl_design_space.tracking.store import StoreUnavailableError, connect, denial, passes, reason
 
 #: Seconds between two looks into an empty spool, and between two attempts at a store that cannot be used: at first,
 #: and at most.
@@ -111,6 +111,8 @@ class Writer:
         except ConfigError:
             raise
         except Exception as error:
+            if denied := denial(self._spool.address.uri, error):
+                raise denied from error
             self._failures[name] += 1
             if passes(error) or self._failures[name] < _REFUSALS:
                 self._trouble(reason(error))
@@ -134,6 +136,8 @@ class Writer:
             try:
                 delivery.close_stale_runs()
             except Exception as error:
+                if denied := denial(address.uri, error):
+                    raise denied from error
                 if not passes(error):
                     raise
                 raise StoreUnavailableError(reason(error)) from error

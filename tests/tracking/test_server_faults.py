@@ -1,0 +1,244 @@
+"""A team's tracking server that goes away, comes back, or asks who is there: no result lost, none there twice."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from threading import Thread
+from time import monotonic, sleep
+
+import pytest
+import requests
+
+from tests.commands import SCRIPTS, Completed, commands_in, environment
+from tests.servers import MlflowServer, Postgres, needs_postgres
+from tests.service import free_port
+from tests.tracking.stores import import_mlflow
+
+pytestmark = needs_postgres
+
+#: Points that cost nothing to learn.
+TINY = ("-m", "task.periods=3", "task.trials=4", "world.size=4")
+SEEDS = "seed=1,2,3"
+
+
+@pytest.fixture
+def command(tmp_path: Path) -> Callable[..., Completed]:
+    """Runs a command in a folder of its own; it may write nothing beside its outputs."""
+    run = commands_in(tmp_path)
+    return lambda *words, **more: run("rl-design-space", *words, **more)
+
+
+class Recorded:
+    """What a server has of one experiment, asked of MLflow itself."""
+
+    def __init__(self, uri: str, experiment: str) -> None:
+        import_mlflow()
+        from mlflow import MlflowClient
+
+        self._client = MlflowClient(uri)
+        self._experiment = experiment
+
+    def runs(self) -> list:
+        """All runs, of whatever status."""
+        known = self._client.get_experiment_by_name(self._experiment)
+        return list(self._client.search_runs([known.experiment_id])) if known else []
+
+    def check(self, points: int) -> list:
+        """Every point is there once, complete and with readable artifacts; nothing is RUNNING."""
+        runs = self.runs()
+        times = Counter(run.data.tags["fingerprint"] for run in runs if run.info.status == "FINISHED")
+        assert sorted(times.values()) == [1] * points
+        assert {run.info.status for run in runs} <= {"FINISHED", "KILLED"}
+        for run in runs[:3]:
+            files = {file.path: file.file_size for file in self._client.list_artifacts(run.info.run_id)}
+            assert files["config.yaml"] > 0
+            assert files["periods.npz"] > 0
+            assert len(self._client.get_metric_history(run.info.run_id, "steps/mean")) == 4
+        return runs
+
+
+def at(uri: str, experiment: str) -> tuple[str, ...]:
+    """Words that name a store, and experiments of a test's own in it."""
+    return (
+        "tracking=server",
+        f"tracking.uri={uri}",
+        f"tracking.experiment={experiment}",
+        f"tracking.sweeps={experiment} s",
+    )
+
+
+def waiting(folder: Path) -> int:
+    return len(list((folder / "out" / "spool").glob("*/*.record")))
+
+
+def test_points_are_recorded_once_and_come_out_the_same(mlflow_server: MlflowServer, command, tmp_path: Path):
+    store = at(mlflow_server.uri, "recorded")
+    done = command(*TINY, SEEDS, *store)
+    assert "3 learned now" in done.stdout
+    runs = Recorded(mlflow_server.uri, "recorded").check(3)
+    assert {run.info.status for run in Recorded(mlflow_server.uri, "recorded s").runs()} == {"FINISHED"}
+    assert waiting(tmp_path) == 0
+    done = command(*TINY, SEEDS, *store)
+    assert "0 learned now, 3 before" in done.stdout
+    Recorded(mlflow_server.uri, "recorded").check(3)
+    assert command("rerun", runs[0].info.run_id, *store).stdout.startswith("identical: ")
+
+
+def test_a_server_that_is_killed_and_started_again_gets_every_point_once(
+    mlflow_server: MlflowServer, command, tmp_path: Path
+):
+    recorded = Recorded(mlflow_server.uri, "killed")
+    struck = []
+
+    def strike() -> None:
+        deadline = monotonic() + 60
+        while not 2 <= len(recorded.runs()) < 20 and monotonic() < deadline:
+            sleep(0.02)
+        struck.append(len(recorded.runs()))
+        mlflow_server.kill()
+        sleep(2)
+        mlflow_server.start()
+
+    thread = Thread(target=strike)
+    thread.start()
+    try:
+        seeds = ",".join(map(str, range(20)))
+        done = command(*TINY, f"seed={seeds}", "tracking.patience=60", *at(mlflow_server.uri, "killed"))
+    finally:
+        thread.join()
+    assert 0 < struck[0] < 20
+    assert "20 learned now" in done.stdout
+    recorded.check(20)
+    assert {run.info.status for run in Recorded(mlflow_server.uri, "killed s").runs()} == {"FINISHED"}
+    assert waiting(tmp_path) == 0
+
+
+def test_results_wait_for_a_server_that_is_not_there(mlflow_server: MlflowServer, command, tmp_path: Path):
+    store = at(mlflow_server.uri, "away")
+    mlflow_server.stop()
+    done = command(*TINY, SEEDS, "tracking.patience=3", *store, status=1)
+    assert "3 learned now" in done.stdout
+    # The sweep's beginning and end are results, too.
+    assert re.search(r"5 results of .* safe on disk, not yet in http.*(refused|nothing was delivered)", done.stdout)
+    assert "rl-design-space sync" in done.stdout
+    assert waiting(tmp_path) == 5
+    assert "still to be delivered" in command("sync", *store, "tracking.patience=1", status=1).stdout
+
+    mlflow_server.start()
+    # Somebody else records one of them before.
+    other = tmp_path / "out" / "elsewhere"
+    command(*TINY[1:], "seed=2", *store, outputs=str(other))
+    assert "5 records delivered" in command("sync", *store).stdout
+    recorded = Recorded(mlflow_server.uri, "away")
+    recorded.check(3)
+    assert waiting(tmp_path) == 0
+    assert command("sync", *store).stdout == "nothing waits to be delivered\n"
+    recorded.check(3)
+
+
+def credentials(server: MlflowServer) -> dict[str, str]:
+    return {"MLFLOW_TRACKING_USERNAME": server.username, "MLFLOW_TRACKING_PASSWORD": server.password}
+
+
+def test_a_server_with_basic_auth(auth_server: MlflowServer, command, tmp_path: Path, monkeypatch):
+    store = at(auth_server.uri, "asked")
+    sweep = (*TINY, SEEDS, *store)
+    said = [command(*sweep, status=2)]
+    assert re.fullmatch(
+        r"error: tracking.uri=http\S+: .*MLFLOW_TRACKING_USERNAME and MLFLOW_TRACKING_PASSWORD.*\n", said[0].stderr
+    )
+    known = credentials(auth_server)
+    said.append(command(*sweep, **{**known, "MLFLOW_TRACKING_PASSWORD": "wrong"}, status=2))
+    assert "does not know user admin" in said[1].stderr
+    said.append(command(*sweep, **known))
+    said.append(command(*sweep[1:], "--cfg", "job", "seed=1", **known))
+    for name, value in known.items():
+        monkeypatch.setenv(name, value)
+    runs = Recorded(auth_server.uri, "asked").check(3)
+    sweeps = Recorded(auth_server.uri, "asked s").runs()
+    told = [json.dumps(run.to_dictionary()) for run in (*runs, *sweeps)]
+    files = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
+    everything = [each.encode() for done in said for each in (done.stdout, done.stderr)] + files
+    assert not [
+        text for text in (*everything, *(each.encode() for each in told)) if auth_server.password.encode() in text
+    ]
+
+
+def test_who_may_only_read_is_told_and_keeps_the_results(auth_server: MlflowServer, command, tmp_path: Path):
+    user = {"username": "reader", "password": "only-to-read-with"}
+    made = requests.post(
+        f"{auth_server.uri}/api/2.0/mlflow/users/create",
+        json=user,
+        auth=(auth_server.username, auth_server.password),
+        timeout=30,
+    )
+    made.raise_for_status()
+    store = at(auth_server.uri, "read only")
+    command(*TINY[1:], *store, **credentials(auth_server))  # whoever makes an experiment owns it
+    reader = {f"MLFLOW_TRACKING_{name.upper()}": value for name, value in user.items()}
+    done = command(*TINY, SEEDS, *store, **reader, status=2)
+    assert "user reader may not write or read there" in done.stderr
+    assert waiting(tmp_path) > 0
+    assert not list((tmp_path / "out" / "spool").glob("*/aside/*"))
+    assert "delivered" in command("sync", *store, **credentials(auth_server)).stdout
+    assert waiting(tmp_path) == 0
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "http://user:secret@host:5000",
+        "postgresql://user:secret@host/db",
+        "postgresql://user:sec/secret@host/db",
+        "postgresql://user@host/db?password=secret",
+    ],
+)
+@pytest.mark.parametrize("more", [(), ("--cfg", "job"), ("-m", "seed=1,2")], ids=["run", "cfg", "sweep"])
+def test_a_password_in_a_command_is_refused_and_not_repeated(command, tmp_path: Path, uri: str, more: tuple[str, ...]):
+    done = command("tracking=server", f"tracking.uri={uri}", *more, status=2)
+    assert "should not hold a password" in done.stderr
+    assert "docs/server.md" in done.stderr
+    assert "secret" not in done.stdout + done.stderr
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+def test_postgresql_without_a_server(postgres: Postgres, command, tmp_path: Path, monkeypatch):
+    full = postgres.create()
+    password = full.partition("@")[0].rpartition(":")[2]
+    store = at(full.replace(f":{password}@", "@"), "direct")
+    done = command(*TINY, SEEDS, *store, status=2)
+    assert re.search("access denied: .*PGPASSWORD", done.stderr)
+    assert "password authentication failed" in command(*TINY, SEEDS, *store, PGPASSWORD="wrong", status=2).stderr
+    # Two at once find an empty database: one of them makes its tables, the other waits.
+    words = [str(SCRIPTS / "rl-design-space"), *TINY, *store, "outputs=out"]
+    both = [
+        subprocess.Popen(
+            [*words, f"seed={seed}"], cwd=tmp_path, env=environment(tmp_path, PGPASSWORD=password),
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )
+        for seed in (1, 2)
+    ]  # fmt: skip
+    for process in both:
+        said, _ = process.communicate(timeout=100)
+        assert process.returncode == 0, said
+    done = command(*TINY, SEEDS, *store, PGPASSWORD=password)
+    assert "1 learned now, 2 before" in done.stdout
+    monkeypatch.setenv("PGPASSWORD", password)
+    runs = Recorded(full, "direct").check(3)
+    assert all((tmp_path / "out" / "artifacts" / "direct" / run.info.run_id).is_dir() for run in runs)
+    assert command("rerun", runs[0].info.run_id, *store, PGPASSWORD=password).stdout.startswith("identical: ")
+    files = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
+    assert not [content for content in files if password.encode() in content]
+
+
+def test_a_database_that_is_not_there_is_given_up_in_time(command, tmp_path: Path):
+    """MLflow itself goes on trying to connect for an hour."""
+    store = at(f"postgresql://nobody@127.0.0.1:{free_port()}/nothing", "nowhere")
+    done = command(*TINY[1:], "tracking.patience=2", *store, status=1)
+    assert "1 result of" in done.stdout
+    assert "refused" in command("sync", *store, "tracking.patience=2", status=1).stdout
