@@ -1,7 +1,7 @@
 """How long MLflow's UI waits: the requests of its first page of a table and of the charts of 100 runs, at 10,000 runs.
 
 A few real points are recorded, their rows copied by SQL, and the lean server of `rl-design-space ui` asked for what the
-UI asks for. The first time after the server's start is cold, those after it warm. The file system's cache is not emptied.
+A few real points are recorded, their rows copied by SQL, and the lean server of `rl-design-space ui` asked for what
 """
 
 from __future__ import annotations
@@ -103,6 +103,7 @@ def _filled(folder: Path) -> tuple[Path, str]:
     subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
     path = folder / "mlflow.db"
     with closing(sqlite3.connect(path)) as database:
+        database.execute("PRAGMA cache_size = -1000000")
         (experiment,) = database.execute(
             "SELECT experiment_id FROM experiments WHERE name = 'design points'"
         ).fetchone()

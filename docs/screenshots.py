@@ -1,4 +1,4 @@
-"""The pictures of docs/mlflow.md, made anew with Chromium: python -m docs.screenshots
+"""Make the pictures of docs/mlflow.md anew with Chromium: `python -m docs.screenshots`.
 
 Runs two of the paper's studies into a temporary folder, starts `rl-design-space ui` there, opens the addresses that it
 names, and writes docs/images/mlflow-*.png. Takes a minute; needs what the tests need.
@@ -6,7 +6,6 @@ names, and writes docs/images/mlflow-*.png. Takes a minute; needs what the tests
 
 from __future__ import annotations
 
-import os
 import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
