@@ -1,7 +1,7 @@
 """How long MLflow's UI waits: the requests of its first page of a table and of the charts of 100 runs, at 10,000 runs.
 
 A few real points are recorded, their rows copied by SQL, and the lean server of `rl-design-space ui` asked for what
-the UI asks for. The first time after the server's start is cold, the second warm. The file system's cache is not emptied.
+the UI asks for. The first time after the server's start is cold, the second warm. The disk cache is not emptied.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Make the pictures of docs/mlflow.md anew with Chromium: `python -m docs.screenshots`.
 
-Runs two of the paper's studies into a temporary folder, starts `rl-design-space ui` there, opens the addresses that it
+Runs one of the paper's studies into a temporary folder, starts `rl-design-space ui` there, opens the addresses that it
 names, and writes docs/images/mlflow-*.png. Takes a minute; needs what the tests need.
 """
 
