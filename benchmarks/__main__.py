@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType
 
-from benchmarks import roofline, scaling, scaling_plot, start, sweep, tracking
+from benchmarks import browse, roofline, scaling, scaling_plot, start, sweep, tracking
 from benchmarks.client import ROOT
 from benchmarks.peers import PEERS
 from benchmarks.race import Setting, race
@@ -31,7 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few rounds: shows that all works, times are rough")
-    parser.add_argument("--only", choices=PARTS, help="one part of the six")
+    parser.add_argument("--only", choices=PARTS, help="one part of the seven")
     parser.add_argument("--outputs", type=Path, default=ROOT / "outputs" / "benchmarks", help="folder for the results")
     parser.add_argument("--rounds", type=int, help="timed rounds of every part")
     parser.add_argument("--peers", nargs="+", default=PEERS, metavar="NAME", help=f"of {', '.join(PEERS)}")
@@ -81,6 +81,7 @@ PARTS: dict[str, Callable[[argparse.Namespace], int]] = {
     "roofline": partial(_part, "roofline", roofline, "Where the time of a step goes"),
     "tracking": partial(_part, "tracking", tracking, "What it costs to record a point"),
     "sweep": partial(_part, "sweep", sweep, "What a point of a sweep costs beside learning and recording"),
+    "browse": partial(_part, "browse", browse, "How long MLflow's UI waits at 10,000 runs"),
 }
 
 if __name__ == "__main__":

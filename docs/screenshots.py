@@ -1,6 +1,6 @@
-"""The pictures of docs/mlflow.md, made anew with Chromium: python -m docs.screenshots.
+"""Make the pictures of docs/mlflow.md anew with Chromium: `python -m docs.screenshots`.
 
-Runs two of the paper's studies into a temporary folder, starts `rl-design-space ui` there, opens the addresses that it
+Runs one of the paper's studies into a temporary folder, starts `rl-design-space ui` there, opens the addresses that it
 names, and writes docs/images/mlflow-*.png. Takes a minute; needs what the tests need.
 """
 
@@ -15,6 +15,11 @@ from tests.devtools import Tab, tab
 from tests.ui_command import ui_of
 
 _IMAGES = Path(__file__).parent / "images"
+#: What the UI remembers of its user: the assistant was closed, and "Model training" chosen.
+_SETTINGS = (
+    "'mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true'",
+    "'mlflow.workflowType_v1', '\"machine_learning\"'",
+)
 _ROWS = "document.querySelectorAll('.ag-center-cols-container .ag-row').length"
 
 
@@ -28,7 +33,8 @@ def main() -> None:
         command = [SCRIPTS / "rl-design-space", "study=fig2", "outputs=out"]
         subprocess.run(command, cwd=folder, env=as_reader, check=True)
         with ui_of(folder, "out") as links, tab(folder / "profile") as page:
-            page.before_each_page("localStorage.setItem('mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true')")
+            for setting in _SETTINGS:
+                page.before_each_page(f"localStorage.setItem({setting})")
             _table(page, links["study fig2"])
             _charts(page, links["study fig2"])
             _sweep(page, links["all sweeps"])

@@ -1,0 +1,124 @@
+"""How long MLflow's UI waits: the requests of its first page of a table and of the charts of 100 runs, at 10,000 runs.
+
+A few real points are recorded, their rows copied by SQL, and the lean server of `rl-design-space ui` asked for what
+the UI asks for. The first time after the server's start is cold, the second warm. The disk cache is not emptied.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from urllib.parse import urlencode
+from urllib.request import Request, urlopen
+
+import pandas as pd
+
+from benchmarks.client import ROOT
+from benchmarks.tables import number
+from rl_design_space.learning.names import CURVES
+from rl_design_space.tracking.server import serving
+from rl_design_space.tracking.store import analyze
+
+_RUNS, _REAL, _PORT = 10_000, 4, 5117
+#: Tables with rows of a run.
+_TABLES = ("params", "tags", "latest_metrics", "metrics")
+
+
+def measure(rounds: int, report: Callable[[str], None] = print) -> pd.DataFrame:
+    """Fill a database, and start a server every round.
+
+    Returns:
+        One row a request and round: request, state (cold or warm), round, seconds.
+    """
+    rows = []
+    with TemporaryDirectory() as folder:
+        database, experiment = _filled(Path(folder))
+        report(f"browse: {_RUNS:,} runs, {database.stat().st_size / 2**20:,.0f} MiB")
+        for round_ in range(rounds):
+            with serving(f"sqlite:///{database}", _PORT, Path(folder) / "artifacts") as address:
+                for state in ("cold", "warm"):
+                    began = time.perf_counter()
+                    ids = [run["info"]["run_id"] for run in _page(address, experiment)["runs"]]
+                    loaded = time.perf_counter()
+                    _curves(address, ids)
+                    drawn = time.perf_counter()
+                    times = {"table, first page": loaded - began, "charts of 100 runs": drawn - loaded}
+                    rows += [
+                        {"request": what, "state": state, "round": round_, "seconds": seconds}
+                        for what, seconds in times.items()
+                    ]
+            report(f"browse: round {round_ + 1} of {rounds}")
+    return pd.DataFrame(rows)
+
+
+def summary(calls: pd.DataFrame) -> pd.DataFrame:
+    """Median seconds of each request, cold and warm."""
+    return calls.pivot_table(index="request", columns="state", values="seconds", aggfunc="median").reset_index()
+
+
+def text_of(frame: pd.DataFrame) -> pd.DataFrame:
+    """The table that people read."""
+    return pd.DataFrame(
+        [
+            {"page": row["request"], "s cold": number(row["cold"]), "s warm": number(row["warm"])}
+            for row in frame.to_dict("records")
+        ]
+    )
+
+
+def _page(address: str, experiment: str) -> dict[str, Any]:
+    """The first 100 runs by total steps."""
+    body = {"experiment_ids": [experiment], "max_results": 100, "order_by": ["metrics.`total_steps` ASC"]}
+    asked = Request(
+        f"{address}/ajax-api/2.0/mlflow/runs/search",
+        json.dumps(body).encode(),
+        {"Content-Type": "application/json"},
+    )
+    with urlopen(asked) as answer:
+        page: dict[str, Any] = json.load(answer)
+    return page
+
+
+def _curves(address: str, ids: list[str]) -> None:
+    """The values of every learning curve."""
+    for curve in CURVES:
+        query = urlencode({"run_ids": ids, "metric_key": curve, "max_results": 2500}, doseq=True)
+        with urlopen(f"{address}/ajax-api/2.0/mlflow/metrics/get-history-bulk-interval?{query}") as answer:
+            found = json.load(answer)["metrics"]
+        if {value["run_id"] for value in found} != set(ids):
+            raise RuntimeError(f"{curve}: the server does not have it of all runs")
+
+
+def _filled(folder: Path) -> tuple[Path, str]:
+    """A database with real runs and copies of them, and the id of their experiment."""
+    command = [sys.executable, "-m", "rl_design_space", "-m", f"seed=range(0,{_REAL})", f"outputs={folder}"]
+    subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
+    path = folder / "mlflow.db"
+    with closing(sqlite3.connect(path)) as database:
+        database.execute("PRAGMA cache_size = -1000000")
+        (experiment,) = database.execute(
+            "SELECT experiment_id FROM experiments WHERE name = 'design points'"
+        ).fetchone()
+        real = [row[0] for row in database.execute("SELECT run_uuid FROM runs WHERE experiment_id = ?", [experiment])]
+        for number_ in range(len(real), _RUNS):
+            for table in ("runs", *_TABLES):
+                _copy(database, table, real[number_ % len(real)], f"{number_:032x}")
+        database.commit()
+    analyze(path)
+    return path, str(experiment)
+
+
+def _copy(database: sqlite3.Connection, table: str, run: str, copy: str) -> None:
+    columns = [row[1] for row in database.execute(f"PRAGMA table_info({table})")]
+    values = ", ".join(":copy" if name == "run_uuid" else f'"{name}"' for name in columns)
+    database.execute(
+        f"INSERT INTO {table} SELECT {values} FROM {table} WHERE run_uuid = :run", {"copy": copy, "run": run}
+    )
