@@ -194,3 +194,29 @@ def test_no_telemetry_leaves_the_machine(database: Path, monkeypatch: pytest.Mon
     monkeypatch.delenv("MLFLOW_DISABLE_TELEMETRY", raising=False)
     connect(f"sqlite:///{database}")
     assert os.environ["MLFLOW_DISABLE_TELEMETRY"] == "true"
+
+
+def answered(status: int) -> Exception:
+    """What comes of a server's answer to an upload."""
+    import requests
+
+    response = requests.Response()
+    response.status_code = status
+    return requests.HTTPError(f"{status}", response=response)
+
+
+@pytest.mark.parametrize("status", [401, 403])
+def test_who_is_not_let_in_does_not_wait(status: int):
+    assert not store.passes(answered(status))
+    assert isinstance(store.translated("http://host", answered(status)), ConfigError)
+
+
+@pytest.mark.parametrize("status", [429, 500, 503])
+def test_a_server_in_trouble_is_waited_for(status: int):
+    assert store.denial("http://host", answered(status)) is None
+    assert isinstance(store.translated("http://host", answered(status)), StoreUnavailableError)
+
+
+def test_what_a_server_refuses_is_not_waited_for():
+    assert not store.passes(answered(413))
+    assert store.denial("http://host", answered(413)) is None
