@@ -81,7 +81,7 @@ PARTS: dict[str, Callable[[argparse.Namespace], int]] = {
     "roofline": partial(_part, "roofline", roofline, "Where the time of a step goes"),
     "tracking": partial(_part, "tracking", tracking, "What it costs to record a point"),
     "sweep": partial(_part, "sweep", sweep, "What a point of a sweep costs beside learning and recording"),
-    "browse": partial(_part, "browse", browse, "How long MLflow's UI waits at 10,000 runs"),
+    "browse": partial(_part, "browse", browse, "How long one waits at 10,000 runs"),
 }
 
 if __name__ == "__main__":

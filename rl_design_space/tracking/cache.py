@@ -33,7 +33,7 @@ def cached(address: StoreAddress, read: Callable[[], pd.DataFrame]) -> pd.DataFr
         return read()
     import pandas as pd
 
-    file = database.with_name(f"{database.name}.runs.parquet")
+    file = cache_file(database)
     with suppress(OSError, ValueError, KeyError):  # there is none, or it was not written by us
         frame = pd.read_parquet(file)
         if frame.attrs["state"] == state:
@@ -46,6 +46,11 @@ def cached(address: StoreAddress, read: Callable[[], pd.DataFrame]) -> pd.DataFr
             frame.to_parquet(new)
             new.replace(file)
     return frame
+
+
+def cache_file(database: Path) -> Path:
+    """Where the frame of a database's runs is kept."""
+    return database.with_name(f"{database.name}.runs.parquet")
 
 
 def _state(database: Path, address: StoreAddress) -> str | None:
