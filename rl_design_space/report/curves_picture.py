@@ -17,6 +17,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentF
 
 from rl_design_space.analysis.learning_curves import random_walk_steps
 from rl_design_space.learning.layouts import layouts_of
+from rl_design_space.report.heatmap import SETTINGS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,10 +25,9 @@ if TYPE_CHECKING:
 
     from rl_design_space.report.curves import CurvesFigure, Line
 
-_SETTINGS: dict[Any, Any] = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "font.size": 9}
-# Told apart without colours, too.
-_DASHES: list[Any] = ["-", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2))]
-_MARKERS = "osD^vP"
+#: Told apart without colours, too.
+DASHES: list[Any] = ["-", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2))]
+MARKERS = "osD^vP"
 #: Panels side by side.
 _COLUMNS = 2
 _NOTE = (
@@ -54,7 +54,7 @@ def draw(figure: CurvesFigure, lines: list[Line], curves: pd.DataFrame, explorat
     heights = [3.6, 0.8, *([2.6] if figure.families else [])]
     blocks = -(-len(panels) // _COLUMNS)
     most_failed = max(0.01, float(curves["failed"].max()) if len(curves) else 0.0)
-    with mpl.rc_context(_SETTINGS):
+    with mpl.rc_context(SETTINGS):
         drawn, axes = plt.subplots(
             blocks * len(heights), min(len(panels), _COLUMNS), layout="constrained", squeeze=False, sharey="row",
             figsize=(5.6 * min(len(panels), _COLUMNS), blocks * sum(heights) + 1.5), height_ratios=heights * blocks,
@@ -81,48 +81,58 @@ def draw(figure: CurvesFigure, lines: list[Line], curves: pd.DataFrame, explorat
 def _draw_curves(axis: Axes, below: Axes, lines: list[Line], curves: pd.DataFrame) -> None:
     colours = sns.color_palette("colorblind", len(lines))
     handles = []
-    for line, colour, dashes in zip(lines, colours, _DASHES * len(lines), strict=False):
+    for line, colour, dashes in zip(lines, colours, DASHES * len(lines), strict=False):
         label = line.name if line.recorded else f"{line.name} (missing)"
         handles.append(Line2D([], [], color=colour, linestyle=dashes, label=label))
         if not line.recorded:
             continue
         curve = curves[curves["line"] == line.name]
-        axis.fill_between(curve["trial"], curve["ci_low"], curve["ci_high"], color=colour, alpha=0.25, linewidth=0)
-        axis.plot(curve["trial"], curve["mean"], color=colour, linestyle=dashes, linewidth=1.4)
+        draw_curve(axis, curve, colour, dashes)
         below.plot(curve["trial"], curve["failed"], color=colour, linestyle=dashes, linewidth=1.1)
     recorded = next((line for line in lines if line.recorded), None)
     if recorded and recorded.recorded:
         point = recorded.planned.point
         axis.axhline(float(recorded.recorded.optimum.mean()), color="0.45", linestyle="--", linewidth=1)
         axis.axhline(random_walk_steps(point.world, layouts_of(point)), color="0.45", linestyle=":", linewidth=1)
-    _make_logarithmic(axis)
+    make_logarithmic(axis)
     axis.legend(handles=handles, frameon=False, fontsize=8, loc="best", ncols=1 + (len(handles) > 4))
     axis.set_xticklabels([])
     below.set_xlabel("trial")
     below.yaxis.set_major_formatter(PercentFormatter(1, decimals=0))
     for each in (axis, below):
         each.set_xlim(left=0)
-        each.grid(color="0.92")
-        each.spines[["top", "right"]].set_visible(False)
+        tidy(each)
+
+
+def draw_curve(axis: Axes, curve: pd.DataFrame, colour: Any, dashes: Any) -> None:
+    """A learning curve in its band; `curve` has trial, mean, ci_low and ci_high."""
+    axis.fill_between(curve["trial"], curve["ci_low"], curve["ci_high"], color=colour, alpha=0.25, linewidth=0)
+    axis.plot(curve["trial"], curve["mean"], color=colour, linestyle=dashes, linewidth=1.4)
 
 
 def _draw_exploration(axis: Axes, figure: CurvesFigure, points: pd.DataFrame) -> None:
     colours = sns.color_palette("colorblind", len(figure.families))
-    for (family, colour), marker in zip(zip(figure.families, colours, strict=True), _MARKERS, strict=False):
+    for (family, colour), marker in zip(zip(figure.families, colours, strict=True), MARKERS, strict=False):
         here = points[points["family"] == family].sort_values("exploration")
         beyond = np.array([here["total_steps"] - here["total_low"], here["total_high"] - here["total_steps"]])
         axis.errorbar(
             here["exploration"], here["total_steps"], yerr=np.nan_to_num(beyond), color=colour, marker=marker,
             markersize=4, linewidth=1, linestyle="-" if family != "sigmoidal" else "none", label=family,
         )  # fmt: skip
-    _make_logarithmic(axis)
+    make_logarithmic(axis)
     axis.set_xlabel("total exploration of the schedule")
     axis.legend(frameon=False, fontsize=8)
+    tidy(axis)
+
+
+def tidy(axis: Axes) -> None:
+    """A grid to read values by, and no frame."""
+    axis.set_axisbelow(True)
     axis.grid(color="0.92")
     axis.spines[["top", "right"]].set_visible(False)
 
 
-def _make_logarithmic(axis: Axes) -> None:
+def make_logarithmic(axis: Axes) -> None:
     """A logarithmic axis with plain numbers at 1, 2, 5 of every decade."""
     axis.set_yscale("log")
     axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +16,12 @@ if TYPE_CHECKING:
 
     from rl_design_space.tracking.source import Found
 
+#: A number as Python writes it and YAML 1.1 takes for text.
+_SMALL = re.compile(r"-?\d+e[+-]\d+")
 #: A tag for each study.
 _STUDY_TAG = "study."
+#: Columns of a frame of runs that are neither params nor scalars; its index is `run_id`.
+ABOUT = ("run_id", "name", "fingerprint", "studies", "started", "ended", "artifacts")
 
 
 def frame_of(found: Iterable[Found]) -> pd.DataFrame:
@@ -40,8 +45,8 @@ def frame_of(found: Iterable[Found]) -> pd.DataFrame:
     }
     for name in sorted({name for run in runs for name in run.params}):
         texts = [run.params.get(name) for run in runs]
-        typed = {text: _typed(text) for text in set(texts)}
-        columns[name] = [typed[text] for text in texts]
+        by_text = {text: typed(text) for text in set(texts)}
+        columns[name] = [by_text[text] for text in texts]
     for name in SCALARS:
         columns[name] = pd.array([run.metrics.get(name) for run in runs], dtype="float64")
     return pd.DataFrame(columns, index=index)
@@ -98,12 +103,13 @@ def _studies(tags: Mapping[str, str]) -> list[str]:
     return [name.removeprefix(_STUDY_TAG) for name in tags if name.startswith(_STUDY_TAG)]
 
 
-def _typed(text: str | None) -> Any:
+def typed(text: str | None) -> Any:
     """A param as it was before MLflow made text of it; lists stay text, so that runs can be grouped by them."""
     if text is None:
         return None
     try:
         value = yaml.safe_load(text)
+        value = float(value) if isinstance(value, str) and _SMALL.fullmatch(value) else value
     except yaml.YAMLError:
         return text
     return value if isinstance(value, (int, float, bool)) else text

@@ -14,7 +14,7 @@ from matplotlib.collections import PolyCollection
 
 from rl_design_space.learning import simulate
 from rl_design_space.report import CurvesFigure
-from rl_design_space.report.curves_picture import _DASHES, draw
+from rl_design_space.report.curves_picture import DASHES, draw
 from rl_design_space.report.runs import Runs
 from rl_design_space.sweep.compose import Composer, shipped_config
 from rl_design_space.sweep.study import Study, load_study, plan_overrides
@@ -81,9 +81,9 @@ def test_the_optimum_and_a_random_walk_stand_beside_the_curves(study: Study, axe
 def test_lines_of_a_panel_can_be_told_apart_in_grey(name: str):
     with shipped_config():
         figure: CurvesFigure = load_study(name, ()).report()
-    assert len({str(dashes) for dashes in _DASHES}) == len(_DASHES)
+    assert len({str(dashes) for dashes in DASHES}) == len(DASHES)
     for panel in figure.built_panels():
-        assert len(panel.lines) <= len(_DASHES)
+        assert len(panel.lines) <= len(DASHES)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
