@@ -1,4 +1,4 @@
-"""How long one waits at 10,000 runs: MLflow's UI for its first page of a table and a chart of 100 runs, and `load_runs`.
+"""How long one waits at 10,000 runs: in MLflow's UI for a page of the table and a chart of 100 runs, for `load_runs`.
 
 A few real points are recorded, their rows copied by SQL, and the lean server of `rl-design-space ui` asked for what
 the UI asks for. The first time after the server's start is cold, the second warm. The disk cache is not emptied.

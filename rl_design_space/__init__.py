@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         Walled,
     )
     from rl_design_space.learning import LearningCurves, simulate
+    from rl_design_space.tracking.load import load_curves, load_periods, load_runs
 
 __all__ = [
     "AdHoc",
@@ -51,17 +52,25 @@ __all__ = [
     "Torus",
     "Walled",
     "__version__",
+    "load_curves",
+    "load_periods",
+    "load_runs",
     "simulate",
 ]
 __version__ = "0.1.0"
 
-_LEARNING = ("LearningCurves", "simulate")
+#: Where the public names are from; the others are in `design`.
+_HOME = {
+    "LearningCurves": "learning",
+    "simulate": "learning",
+    **dict.fromkeys(("load_runs", "load_curves", "load_periods"), "tracking.load"),
+}
 
 
 def __getattr__(name: str) -> Any:
     """Import the public names when they are first used, so that importing a small part stays fast."""
     if name in __all__:
-        return getattr(import_module(f"rl_design_space.{'learning' if name in _LEARNING else 'design'}"), name)
+        return getattr(import_module(f"rl_design_space.{_HOME.get(name, 'design')}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

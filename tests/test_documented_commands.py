@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.documented import DOCS, Typed, parts_of, run
+from tests.documented import DOCS, File, Typed, parts_of, run
 
 #: Pages with tests of their own, because they give files as well.
 _ELSEWHERE = {"configs.md", "components.md", "python.md", "clusters.md", "server.md"}
@@ -26,9 +26,14 @@ def test_the_pages_have_commands():
 @pytest.mark.parametrize("page", [page for page in PAGES if typed(page)], ids=lambda page: page.stem)
 def test_the_commands_of_a_page_work(page: Path, tmp_path: Path):
     (tmp_path / "temporary").mkdir()
+    for part in parts_of(page):
+        if isinstance(part, File):
+            (tmp_path / part.path).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / part.path).write_text(part.text, encoding="utf-8")
     for command in typed(page):
         done = run(command.words, tmp_path)
-        assert (done.returncode, done.stderr) == (0, ""), command.words
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert "error" not in done.stderr.lower(), command.words
         assert done.stdout
 
 

@@ -18,9 +18,11 @@ Parameters = Mapping[str, Any]
 #: Of the periods of a run, one number each, whose mean is the scalar of that name.
 PER_PERIOD: dict[str, Callable[[Recorded], FloatArray]] = {
     "total_steps": lambda recorded: recorded.steps.sum(axis=1, dtype=np.float64),
-    "failed_trials": lambda recorded: (~recorded.success).mean(axis=1),
-    "failed_periods": lambda recorded: (~recorded.success.all(axis=1)).astype(np.float64),
-    "final_steps_over_optimum": lambda recorded: recorded.over_optimum[:, -FINAL_TRIALS:].mean(axis=1),
+    "failed_trials": lambda recorded: 1 - np.asarray(recorded.success.mean(axis=1), np.float64),
+    "failed_periods": lambda recorded: 1 - np.asarray(recorded.success.all(axis=1), np.float64),
+    "final_steps_over_optimum": lambda recorded: np.asarray(
+        recorded.over_optimum[:, -FINAL_TRIALS:].mean(axis=1), np.float64
+    ),
 }
 
 

@@ -6,6 +6,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rl_design_space.report.audit import ReadingsAudit
     from rl_design_space.report.curves import CurvesFigure
+    from rl_design_space.report.generic.compare import Compare
+    from rl_design_space.report.generic.curves import Curves
+    from rl_design_space.report.generic.heatmap import Heatmap
+    from rl_design_space.report.generic.sensitivity import Sensitivity
     from rl_design_space.report.ledger import ClaimsLedger
     from rl_design_space.report.page import Page
     from rl_design_space.report.property_map import PropertyMap
@@ -16,17 +20,25 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ClaimsLedger",
+    "Compare",
+    "Curves",
     "CurvesFigure",
+    "Heatmap",
     "Page",
     "PropertyMap",
     "PublishedTable",
     "QualityMap",
     "ReadingsAudit",
     "Scenario",
+    "Sensitivity",
     "StateSpace",
 ]
 
 _HOME = {
+    "Compare": "generic.compare",
+    "Curves": "generic.curves",
+    "Heatmap": "generic.heatmap",
+    "Sensitivity": "generic.sensitivity",
     "ClaimsLedger": "ledger",
     "CurvesFigure": "curves",
     "Page": "page",

@@ -38,6 +38,13 @@ class Report(Protocol):
 
 def main() -> None:
     """Write a report; errors that a user can mend are one message and exit status 2."""
+    from rl_design_space.report.generic import command
+
+    if sys.argv[1:2] and sys.argv[1] in command.WORDS:
+        with shown_as_messages():
+            for path in command.main(sys.argv[1], sys.argv[2:]):
+                print(path)
+        return
     parser = argparse.ArgumentParser(
         prog="rl-design-report",
         description="Write the report of a study from its tracked runs, into outputs/report.",
@@ -59,10 +66,23 @@ def main() -> None:
 def _studies() -> str:
     from rl_design_space.catalogue.overview import study_list
     from rl_design_space.catalogue.search import searched
+    from rl_design_space.report.generic import command
 
     folder, _ = user_config.take_flag(sys.argv[1:])
     with searched(folder) as search:
-        return "\n".join(("studies:", *study_list(search), "", "example: rl-design-report table4 outputs=outputs"))
+        any_runs = [f"  {word:12} {what}" for word, what in command.WORDS.items()]
+        example = "example: rl-design-report heatmap --rows representation --cols exploration.k --study table4"
+        return "\n".join(
+            (
+                "studies:",
+                *study_list(search),
+                "",
+                "of any runs, see rl-design-report WORD --help:",
+                *any_runs,
+                "",
+                example,
+            )
+        )
 
 
 def write_report(name: str, overrides: list[str]) -> list[Path]:

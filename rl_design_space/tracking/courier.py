@@ -71,7 +71,7 @@ class Courier:
         self._thread: Thread | None = None
         self._deaths = 0
         self._trouble = self._unusable = ""
-        self._leaving = self._hurry = self._nice = False
+        self._leaving = self._hurry = self._nice = self._ready = False
         #: When something was delivered last, or began to wait for it.
         self._moved = monotonic()
 
@@ -154,7 +154,7 @@ class Courier:
 
     def _run(self) -> None:
         while not self._leaving and not self._unusable:
-            if self._hurry and self._nice and len(self._waiting) >= _HURRY_FOR:
+            if self._hurry and self._nice and self._ready and len(self._waiting) >= _HURRY_FOR:
                 self._end_process()
             self._see_to_process()
             self._listen()
@@ -175,7 +175,7 @@ class Courier:
         if self._deaths > _DEATHS:
             self._trouble = f"the tracker process dies; its last words are in {self._log}"
             return
-        self._nice = not self._hurry
+        self._nice, self._ready = not self._hurry, False
         niceness = str(_NICENESS if self._nice else 0)
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(
@@ -192,6 +192,7 @@ class Courier:
         for line in self._process.stdout or ():
             with suppress(ValueError):  # of half a line
                 message = json.loads(line)
+                self._ready = self._ready or message.get("trouble", "") is None
                 self._unusable = message.get("unusable", self._unusable)
                 self._trouble = message.get("trouble", self._trouble) or ""
         with self._changed:

@@ -81,6 +81,8 @@ class Rows:
 
     def finished(self, fingerprints: Sequence[str] | None) -> Iterable[tuple[str, str, str]]:
         """Complete runs of points as (run, fingerprint, place of its artifacts); of all points if None."""
+        if fingerprints is not None and not fingerprints:
+            return []
         query = f"select r.run_uuid, t.value, r.artifact_uri {_joined('tags t')} and t.key = 'fingerprint'"
         if fingerprints is None:
             return self._ask(query)
@@ -125,6 +127,8 @@ class Rows:
         return {(stage, status): count for stage, status, count in self._ask(query)}
 
     def _values(self, table: str, runs: Sequence[str] | None, more: str, **values: Any) -> list[Any]:
+        if runs is not None and not runs:
+            return []
         among = "and r.run_uuid in :among" if runs is not None else ""
         query = f"select v.run_uuid, v.key, v.value {_joined(f'{table} v')} {among} {more}"
         return self._ask(query, among=runs, **values)

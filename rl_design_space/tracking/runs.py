@@ -29,7 +29,7 @@ def frame_of(found: Iterable[Found]) -> pd.DataFrame:
 
     Returns:
         `name`, `fingerprint`, `studies` (names, separated by spaces), `started` and `ended` (UTC), `artifacts` (where
-        they are); a column for every param, numbers as numbers; and the scalars, see `LearningCurves.scalars`.
+        they are); a column for every param, numbers if all are; and the scalars.
     """
     import pandas as pd
 
@@ -46,6 +46,8 @@ def frame_of(found: Iterable[Found]) -> pd.DataFrame:
     for name in sorted({name for run in runs for name in run.params}):
         texts = [run.params.get(name) for run in runs]
         by_text = {text: typed(text) for text in set(texts)}
+        if any(isinstance(value, str) for value in by_text.values()):
+            by_text = {text: text for text in by_text}  # one kind of values in a column
         columns[name] = [by_text[text] for text in texts]
     for name in SCALARS:
         columns[name] = pd.array([run.metrics.get(name) for run in runs], dtype="float64")

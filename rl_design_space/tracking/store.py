@@ -215,6 +215,8 @@ def _open_sqlite(path: Path) -> MlflowClient:
 
     path.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(f"{path}.lock", timeout=_CREATION_PATIENCE):
+        if not path.exists():
+            _create_sqlite(path)
         with closing(sqlite3.connect(path, timeout=_WRITER_PATIENCE)) as database:
             database.execute("PRAGMA journal_mode = WAL")
             database.execute("BEGIN IMMEDIATE")
@@ -222,6 +224,16 @@ def _open_sqlite(path: Path) -> MlflowClient:
         client = _answering(MlflowClient(f"{_SQLITE}{path}"))
         analyze(path)
     return client
+
+
+def _create_sqlite(path: Path) -> None:
+    """Create a database under another name: one that is half created would be of no use for ever."""
+    from mlflow import MlflowClient
+
+    new = path.with_name(f".{path.name}.new")
+    new.unlink(missing_ok=True)
+    MlflowClient(f"{_SQLITE}{new}").search_experiments(max_results=1)
+    new.rename(path)
 
 
 def analyze(path: Path) -> None:

@@ -66,7 +66,8 @@ def compact(options: MlflowTracking) -> str:
         raise ConfigError.at("tracking.uri", options.uri, "no run has been recorded there yet")
     before, deleted = _size([database]), source_of(options.address).counted().deleted
     configure_mlflow()
-    collector = [sys.executable, "-m", "mlflow", "gc", "--backend-store-uri", options.address.uri]
+    collector = [sys.executable, "-m", "mlflow", "gc"]
+    collector += ["--backend-store-uri", options.address.uri, "--tracking-uri", options.address.uri]
     collected = subprocess.run(collector, capture_output=True, text=True, check=False)
     if collected.returncode:
         raise ConfigError(f"{database}: mlflow gc failed: {collected.stderr.strip().splitlines()[-1]}")

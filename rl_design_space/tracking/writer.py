@@ -34,7 +34,7 @@ class Writer:
 
     Args:
         spool: where they are.
-        tell: is told what is wrong with the store, or None when it is well again.
+        tell: is told what is wrong with the store, or None when it can be used, or can be again.
         ended: whether to end; what is being delivered is ended first.
         niceness: how much lower the priority of this process is to be once it is ready.
     """
@@ -144,6 +144,7 @@ class Writer:
             self._begun = self._begun_before()
             self._spool.sweep_up()
             self._delivery = delivery
+            self._tell(None)
             os.nice(self._niceness)
             self._fine()
         return self._delivery
@@ -202,7 +203,8 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     ended = Event()
-    Thread(target=_watch_input, args=(ended,), daemon=True).start()
+    for watch in (_watch_input, _watch_parent):
+        Thread(target=watch, args=(ended,), daemon=True).start()
     spool, niceness = Spool(Path(sys.argv[1])), int(sys.argv[2])
     while not ended.is_set():
         try:
@@ -219,6 +221,14 @@ def main() -> None:
 def _watch_input(ended: Event) -> None:
     sys.stdin.buffer.read()
     ended.set()
+
+
+def _watch_parent(ended: Event) -> None:
+    """The input may outlive the process that started this one: others can have inherited its other end."""
+    parent = os.getppid()
+    while not ended.wait(1):
+        if os.getppid() != parent:
+            ended.set()
 
 
 def _say(**message: str | None) -> None:

@@ -76,7 +76,8 @@ def test_a_study_a_plan_and_a_shard_are_sweeps_without_being_told(arguments: lis
 )
 def test_everything_else_goes_to_hydra_as_it_is(arguments: list[str]):
     line = read_command_line(arguments)
-    assert line == CommandLine(tuple(arguments), tuple(arguments), foreign="-m" in arguments)
+    runs = not {"--cfg", "--info", "--help", "--hydra-help"} & set(arguments)
+    assert line == CommandLine(tuple(arguments), tuple(arguments), foreign="-m" in arguments, runs=runs)
 
 
 def test_no_study_need_not_be_said():

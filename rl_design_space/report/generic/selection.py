@@ -93,13 +93,15 @@ class Selection:
             raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
         points = []
         for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
-            there = {name: value for name, value in record.items() if not pd.isna(value)}
+            there = {str(name): value for name, value in record.items() if not pd.isna(value)}
             scalars = {name: there.pop(name) for name in SCALARS if name in there}
             run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
             points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
         periods = sorted({point.parameters["task.periods"] for point in points})
         runs = "1 run" if len(points) == 1 else f"{len(points)} runs"
-        return cls(points, reader, f"Made by `{command}` from {runs}, {' or '.join(map(text, periods))} periods a point.")
+        return cls(
+            points, reader, f"Made by `{command}` from {runs}, {' or '.join(map(text, periods))} periods a point."
+        )
 
     @property
     def recorded(self) -> list[Point]:
@@ -117,7 +119,9 @@ class Selection:
             if name not in known:
                 raise ConfigError.unknown("parameter of these runs", name, known)
 
-    def grouped(self, names: Sequence[str], points: Iterable[Point] | None = None) -> dict[tuple[Any, ...], list[Point]]:
+    def grouped(
+        self, names: Sequence[str], points: Iterable[Point] | None = None
+    ) -> dict[tuple[Any, ...], list[Point]]:
         """Points by their values of parameters, in the order of these.
 
         Raises:
@@ -127,7 +131,7 @@ class Selection:
         groups: dict[tuple[Any, ...], list[Point]] = {}
         for point in self.points if points is None else points:
             groups.setdefault(point.key(names), []).append(point)
-        return dict(sorted(groups.items(), key=lambda group: [_order(value) for value in group[0]]))
+        return dict(sorted(groups.items(), key=lambda group: [order(value) for value in group[0]]))
 
     def periods(self, point: Point) -> Periods | None:
         """What was recorded of a point; None if its run did not keep its periods, or it has none."""
@@ -227,8 +231,8 @@ def label(names: Collection[str], values: Iterable[Any]) -> str:
     return " ".join(f"{name}={text(value)}" for name, value in zip(names, values, strict=True))
 
 
-def _order(value: Any) -> tuple[int, float, str]:
-    """Numbers by their size, then texts, then what is not there."""
+def order(value: Any) -> tuple[int, float, str]:
+    """What values of parameters are sorted by: numbers by their size, then texts, then what is not there."""
     if value is None:
         return (2, 0.0, "")
     return (0, float(value), "") if isinstance(value, int | float) else (1, 0.0, str(value))

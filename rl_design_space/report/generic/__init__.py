@@ -1,0 +1,1 @@
+"""Reports for any study and any selection of runs."""

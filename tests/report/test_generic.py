@@ -1,0 +1,181 @@
+"""Reports of any runs: the numbers are those of the simulations, and what cannot be told is not."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning import simulate
+from rl_design_space.report import Compare, Curves, Heatmap, Sensitivity
+from rl_design_space.report.generic import command
+from rl_design_space.report.generic.selection import Selection
+from rl_design_space.sweep.compose import compose
+from tests.tracking.conftest import empty_database  # noqa: F401 - a fixture
+from tests.tracking.stores import copy_database, options, record, tracker_at
+
+SIZE = ("task.periods=6", "task.trials=5", "world.size=4", "exploration=linear")
+#: Two representations at three k, one of them missing; and a second seed of one.
+OVERRIDES = [
+    (f"representation={name}", f"exploration.k={k}")
+    for name in ("ad_hoc", "direction")
+    for k in (0.02, 0.05, 0.1)
+    if (name, k) != ("direction", 0.05)
+]
+LEARNED = {overrides: simulate(compose([*SIZE, *overrides]).point) for overrides in OVERRIDES}
+
+
+@pytest.fixture(scope="module")
+def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:  # noqa: F811
+    folder = tmp_path_factory.mktemp("generic")
+    copy_database(empty_database, folder / "mlflow.db")
+    tracker = tracker_at(folder / "mlflow.db")
+    for overrides, curves in LEARNED.items():
+        record(tracker, replace(compose([*SIZE, *overrides]), studies=("mine",)), curves)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def selection(outputs: Path) -> Selection:
+    reader = options(outputs / "mlflow.db").reader()
+    return Selection.of_runs(reader.frame(), reader, "the command")
+
+
+def test_a_heatmap_holds_what_simulations_give(selection: Selection):
+    frame = Heatmap(rows="representation", cols=["exploration.k"]).frame(selection)
+    assert len(frame) == 6
+    for cell in frame.to_dict("records"):
+        key = (f"representation={cell['representation']}", f"exploration.k={cell['exploration.k']}")
+        if key in LEARNED:
+            assert cell["value"] == LEARNED[key].total_steps.mean()
+            assert cell["low"] < cell["value"] < cell["high"]
+        else:
+            assert np.isnan(cell["value"])
+            assert cell["runs"] == 0
+
+
+def test_runs_that_differ_in_more_are_not_averaged_unawares(selection: Selection):
+    with pytest.raises(ConfigError, match=r"exploration\.k: \d runs of one cell .* differ in this; .*--mean"):
+        Heatmap(rows="representation", cols="world.size").frame(selection)
+    frame = Heatmap(rows="representation", cols="world.size", mean=True).frame(selection)
+    expected = np.mean([curves.total_steps.mean() for key, curves in LEARNED.items() if "ad_hoc" in key[0]])
+    assert frame.set_index("representation").loc["ad_hoc", "value"] == pytest.approx(expected)
+
+
+def test_curves_are_those_of_the_simulations(selection: Selection):
+    frame = Curves(by="representation,exploration.k").frame(selection)
+    for key, curves in LEARNED.items():
+        line = frame[frame["line"] == " ".join(key)]
+        assert line["mean"].tolist() == curves.curves["steps/mean"].tolist()
+        assert (line["ci_low"] <= line["mean"]).all()
+
+
+def test_a_curve_without_known_periods_has_no_band(selection: Selection):
+    frame = Curves(by="exploration.k,representation", curve="steps/median").frame(selection)
+    assert frame["ci_low"].isna().all()
+    assert frame["mean"].notna().all()
+
+
+def test_sensitivity_has_a_line_for_each_of_the_other_choices(selection: Selection):
+    frame = Sensitivity(parameter="exploration.k", value="failed_trials").frame(selection)
+    assert frame.groupby("line").size().to_dict() == {"representation=ad_hoc": 3, "representation=direction": 2}
+    for row in frame.to_dict("records"):
+        curves = LEARNED[row["line"], f"exploration.k={row['exploration.k']}"]
+        assert row["value"] == pytest.approx(1 - curves.success.mean())
+
+
+def test_a_comparison_is_paired_by_period(selection: Selection):
+    frame = Compare(a="representation=ad_hoc", b="representation=direction").frame(selection)
+    assert frame["pair"].tolist() == ["exploration.k=0.02", "exploration.k=0.1", "all pairs"]
+    for row, k in zip(frame.to_dict("records")[:2], (0.02, 0.1), strict=True):
+        one, other = (LEARNED[f"representation={name}", f"exploration.k={k}"] for name in ("ad_hoc", "direction"))
+        assert row["difference"] == pytest.approx((other.total_steps - one.total_steps).mean())
+        assert row["periods"] == 6
+    assert frame["difference"].iloc[2] == pytest.approx(frame["difference"][:2].mean())
+
+
+@pytest.mark.parametrize(
+    ("figure", "message"),
+    [
+        (
+            Heatmap(rows="representatio", cols="exploration.k"),
+            r"representatio: no such parameter .* mean representation",
+        ),
+        (
+            Heatmap(rows="representation", cols="exploration.k", value="total"),
+            "total: no such scalar; did you mean total_s",
+        ),
+        (Curves(by="representation,exploration.k", curve="steps/max"), r"steps/max: no such learning curve"),
+        (Sensitivity(parameter="reward"), "reward: no two of these runs differ in it"),
+        (
+            Compare(a="representation=ad_hoc", b="representation=distance"),
+            r"no two runs are equal in .*\(3 and 0 runs\)",
+        ),
+        (Compare(a="ad_hoc", b="direction"), "ad_hoc: should be values of parameters, such as representation=ad_hoc"),
+    ],
+)
+def test_what_cannot_be_shown_is_told(figure, message: str, selection: Selection):
+    with pytest.raises(ConfigError, match=message):
+        figure.frame(selection)
+
+
+WORDS = {
+    "heatmap": ("--rows", "representation", "--cols", "exploration.k"),
+    "curves": ("--by", "representation,exploration.k"),
+    "sensitivity": ("exploration.k",),
+    "compare": ("representation=ad_hoc", "representation=direction"),
+}
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_a_command_writes_a_picture_with_its_numbers(word: str, outputs: Path):
+    paths = command.main(
+        word, [*WORDS[word], "--study", "mine", f"outputs={outputs}", f"tracking.spool={outputs}/spool"]
+    )
+    assert [path.suffix for path in paths] == [".png", ".svg", ".csv", ".md"]
+    assert {path.parent for path in paths} == {outputs / "report"}
+    with Image.open(paths[0]) as picture:
+        assert picture.width > 500
+        assert len(picture.convert("RGB").getcolors(10**6)) > 20
+    with paths[2].open(encoding="utf-8", newline="") as file:
+        assert len(list(csv.DictReader(file))) > 2
+    text = paths[3].read_text(encoding="utf-8")
+    assert f"Made by `rl-design-report {word} " in text
+    assert ("Hatched: 1 of 6 cells" in text) == (word == "heatmap")
+
+
+def test_a_name_for_the_files_can_be_chosen(outputs: Path):
+    paths = command.main("sensitivity", ["exploration.k", "--name", "k", f"outputs={outputs}"])
+    assert {path.stem for path in paths} == {"k"}
+
+
+def test_runs_that_are_not_there_are_told(outputs: Path):
+    with pytest.raises(ConfigError, match="no run was selected"):
+        command.main("sensitivity", ["exploration.k", "--filter", "metrics.total_steps < 0", f"outputs={outputs}"])
+    with pytest.raises(ConfigError, match=r"study among these runs.*there is mine"):
+        command.main("sensitivity", ["exploration.k", "--study", "table4", f"outputs={outputs}"])
+
+
+def test_a_study_carries_its_own_figure(outputs: Path, tmp_path: Path):
+    from rl_design_space.report.cli import write_report
+    from rl_design_space.user_config import used
+
+    study = tmp_path / "conf" / "study" / "own.yaml"
+    study.parent.mkdir(parents=True)
+    study.write_text(
+        "blocks:\n  a: {representation: 'ad_hoc,direction', exploration: linear, exploration.k: '0.02,0.05,0.1',\n"
+        "      task.periods: 6, task.trials: 5, world.size: 4}\n"
+        "report: {_target_: rl_design_space.report.Heatmap, rows: representation, cols: exploration.k}\n",
+        encoding="utf-8",
+    )
+    with used(tmp_path / "conf"):
+        paths = write_report("own", [f"outputs={outputs}"])
+    text = next(path for path in paths if path.suffix == ".md").read_text(encoding="utf-8")
+    assert re.search(r"\*\*Missing: 1 of 6 points\*\*", text)
+    assert "Hatched: 1 of 6 cells" in text

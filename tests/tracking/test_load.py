@@ -1,0 +1,186 @@
+"""Runs as a frame: what is in it, who is chosen, and a cache that is never behind the database."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import time
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rl_design_space as rds
+from rl_design_space.errors import ConfigError
+from rl_design_space.tracking import cache
+from tests.tracking.stores import copy_database, import_mlflow, learned, record, tracker_at
+
+POINTS = {
+    "ad hoc": (learned("exploration=linear", "exploration.k=0.02"), ("a", "b")),
+    "lists": (learned("msa=lengths_2_3", "world.size=[4,5]"), ("a",)),
+    "direction": (learned("representation=direction", "task.periods=1"), ()),
+}
+
+
+@pytest.fixture(scope="module")
+def folder(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Outputs with three runs."""
+    import_mlflow()
+    folder = tmp_path_factory.mktemp("load")
+    copy_database(empty_database, folder / "mlflow.db")
+    tracker = tracker_at(folder / "mlflow.db")
+    for (planned, curves), studies in POINTS.values():
+        record(tracker, replace(planned, studies=studies), curves)
+    return folder
+
+
+@pytest.fixture
+def runs(folder: Path):
+    return rds.load_runs(outputs=str(folder))
+
+
+def row(runs, name: str):
+    planned = POINTS[name][0][0]
+    return runs[runs["fingerprint"] == planned.fingerprint].iloc[0]
+
+
+def test_a_row_has_the_choices_and_scalars_of_a_point(runs):
+    assert len(runs) == 3
+    for name, ((planned, curves), studies) in POINTS.items():
+        here = row(runs, name)
+        assert here["name"] == planned.name
+        assert here["studies"] == " ".join(studies)
+        for parameter, value in planned.parameters.items():
+            assert here[parameter] in (value, str(value))
+        for scalar, value in curves.scalars(planned.point.world.shape).items():
+            assert here[scalar] == value
+
+
+def test_numbers_are_numbers_and_what_a_point_does_not_have_is_missing(runs):
+    assert runs["exploration.k"].dropna().tolist() == [0.02]
+    assert runs["task.periods"].dtype == np.int64
+    assert runs["total_steps_scaled"].isna().sum() == 1
+    assert row(runs, "lists")["msa.lengths"] == "[2, 3]"
+    assert (runs["ended"] >= runs["started"]).all()
+
+
+def test_runs_of_a_study(folder: Path):
+    of = {study: set(rds.load_runs(study, outputs=str(folder))["name"]) for study in "ab"}
+    assert of == {study: {planned.name for (planned, _), has in POINTS.values() if study in has} for study in "ab"}
+    with pytest.raises(ConfigError, match=r"table4: no such study among these runs.*there is a, b"):
+        rds.load_runs("table4", outputs=str(folder))
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("params.representation = 'direction'", {"direction"}),
+        ("params.`exploration.k` = '0.02' and metrics.total_steps > 0", {"ad hoc"}),
+        ("tags.`study.a` = 'true'", {"ad hoc", "lists"}),
+        ("metrics.total_steps < 0", set()),
+    ],
+)
+def test_a_filter_finds_what_mlflow_would_find(text: str, names: set[str], folder: Path):
+    from mlflow import MlflowClient
+
+    found = rds.load_runs(filter=text, outputs=str(folder))
+    client = MlflowClient(f"sqlite:///{folder}/mlflow.db")
+    experiment = client.get_experiment_by_name("design points").experiment_id
+    assert set(found.index) == {run.info.run_id for run in client.search_runs([experiment], text)}
+    assert set(found["fingerprint"]) == {POINTS[name][0][0].fingerprint for name in names}
+
+
+def test_what_is_no_filter_is_told(folder: Path):
+    with pytest.raises(ConfigError, match="filter=total_steps is small: should be a filter of MLflow's search"):
+        rds.load_runs(filter="total_steps is small", outputs=str(folder))
+
+
+def test_curves_and_periods_come_on_demand(runs):
+    curves = rds.load_curves(runs, ["steps/mean", "epsilon"])
+    assert list(curves.columns) == ["run_id", "trial", "steps/mean", "epsilon"]
+    assert len(curves) == 3 * 4
+    for name, ((_, expected), _) in POINTS.items():
+        run_id = row(runs, name).name
+        assert curves[curves["run_id"] == run_id]["steps/mean"].tolist() == expected.curves["steps/mean"].tolist()
+        np.testing.assert_array_equal(rds.load_periods(runs, run_id)["steps"], expected.steps)
+    with pytest.raises(ConfigError, match=r"steps/meen: no such learning curve; did you mean steps/mean\?"):
+        rds.load_curves(runs, ["steps/meen"])
+    with pytest.raises(ConfigError, match="nobody: none of these 3 runs"):
+        rds.load_periods(runs, "nobody")
+
+
+def test_a_frame_of_another_origin_is_refused(runs):
+    import pandas as pd
+
+    with pytest.raises(ConfigError, match="take rows of what load_runs returns"):
+        rds.load_curves(pd.DataFrame(runs.to_dict()))
+
+
+# The cache.
+
+
+def aged(database: Path) -> None:
+    """As if the database had been written long ago."""
+    for path in database.parent.glob(f"{database.name}*"):
+        long_ago = time.time() - 60
+        os.utime(path, (long_ago, long_ago))
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How often all runs were read from the database."""
+    from rl_design_space.tracking.source import DatabaseSource
+
+    reads: list[int] = []
+    runs = DatabaseSource.runs
+    monkeypatch.setattr(DatabaseSource, "runs", lambda self: reads.append(1) or runs(self))
+    return reads
+
+
+@pytest.fixture
+def own(folder: Path, tmp_path: Path) -> Path:
+    copy_database(folder / "mlflow.db", tmp_path / "mlflow.db")
+    aged(tmp_path / "mlflow.db")
+    return tmp_path
+
+
+def test_a_database_that_has_not_changed_is_read_once(own: Path, counted: list[int]):
+    first, again = (rds.load_runs(outputs=str(own)) for _ in range(2))
+    assert len(counted) == 1
+    assert first.equals(again)
+    assert first.dtypes.equals(again.dtypes)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "update runs set lifecycle_stage = 'deleted' where run_uuid = (select min(run_uuid) from runs)",
+        "update params set value = '7' where key = 'seed'",
+        "insert into tags select 'study.new', 'true', run_uuid from runs",
+        "update latest_metrics set value = 1 where key = 'total_steps'",
+    ],
+)
+def test_every_change_is_seen(change: str, own: Path):
+    before = rds.load_runs(outputs=str(own))
+    assert cache.cache_file(own / "mlflow.db").exists()
+    with closing(sqlite3.connect(own / "mlflow.db")) as database:
+        database.execute(change)
+        database.commit()
+        assert not rds.load_runs(outputs=str(own)).equals(before)
+    assert not rds.load_runs(outputs=str(own)).equals(before)
+
+
+def test_what_has_changed_just_now_is_not_kept(own: Path, counted: list[int]):
+    os.utime(own / "mlflow.db")
+    for _ in range(2):
+        rds.load_runs(outputs=str(own))
+    assert len(counted) == 2
+    assert not cache.cache_file(own / "mlflow.db").exists()
+
+
+def test_a_broken_cache_is_of_no_harm(own: Path, runs):
+    rds.load_runs(outputs=str(own))
+    cache.cache_file(own / "mlflow.db").write_bytes(b"nonsense")
+    assert rds.load_runs(outputs=str(own)).equals(runs)
