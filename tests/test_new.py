@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from rl_design_space import user_config
+from rl_design_space.commands import new
 from rl_design_space.commands.new import KINDS, main, write_starter
 from rl_design_space.errors import ConfigError
 
@@ -29,7 +30,7 @@ def test_all_that_it_writes_passes_the_tests_that_it_writes(folder: Path):
     for kind in KINDS:
         write_starter(kind, f"my_{kind}", folder / "conf")
     modules = {f"my_{kind}.py" for kind in KINDS} - {"my_study.py"}
-    tests = {f"test_my_{kind}.py" for kind in KINDS}
+    tests = {f"test_{'study_' * (kind == 'study')}my_{kind}.py" for kind in KINDS}
     assert tree(folder) == modules | tests | {f"conf/{kind}/my_{kind}.yaml" for kind in KINDS}
     # As somebody would who has installed the package and pytest, and nothing else.
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error"]
@@ -45,8 +46,31 @@ def test_it_says_what_it_wrote_and_what_to_type_next(folder: Path, capsys: pytes
         "wrote conf/world/windy.yaml",
         "wrote test_windy.py",
         "next:",
-        "  pytest test_windy.py",
+        "  python -m pytest test_windy.py",
         "  rl-design-space --config-dir conf world=windy task.periods=50",
+    ]
+
+
+def test_a_study_may_be_called_after_its_component(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(new, "find_spec", lambda name: None)
+    main(["reward", "even"])
+    main(["study", "even"])
+    told = capsys.readouterr().out
+    assert tree(folder) == {
+        "even.py",
+        "test_even.py",
+        "test_study_even.py",
+        "conf/reward/even.yaml",
+        "conf/study/even.yaml",
+    }
+    assert told.splitlines()[-5:] == [
+        "  pip install pytest",
+        "  python -m pytest test_study_even.py",
+        "  rl-design-space --config-dir conf study=even plan=true",
+        "  rl-design-space --config-dir conf study=even",
+        "  rl-design-report --config-dir conf even",
     ]
 
 

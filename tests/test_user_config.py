@@ -11,6 +11,7 @@ import pytest
 
 from rl_design_space import DesignPoint, user_config
 from rl_design_space._paths import CONF
+from rl_design_space.catalogue.search import searched
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.compose import Composer, shipped_config
 
@@ -78,6 +79,21 @@ def test_a_folder_that_is_not_there_is_told_as_it_was_named(folder: Path, monkey
     monkeypatch.setenv(user_config.VARIABLE, "nowhere")
     with pytest.raises(ConfigError, match="RL_DESIGN_SPACE_CONFIG=nowhere: there is no such folder"):
         user_config.use()
+
+
+def test_a_folder_is_shown_without_detours(folder: Path, tmp_path: Path):
+    (tmp_path / "beside").mkdir(exist_ok=True)
+    with user_config.used(Path("beside") / ".." / folder.name):
+        assert user_config.user_folder() == folder
+        assert user_config.flags() == ["--config-dir", "conf"]
+
+
+def test_an_option_of_a_folder_that_was_not_named_is_told(folder: Path):
+    message = "representation=way: no such option; --config-dir conf would bring one of this name"
+    with pytest.raises(ConfigError, match=message):
+        DesignPoint.from_overrides(["representation=way"])
+    with searched() as search, pytest.raises(ConfigError, match=message):
+        search.check("representation", "way")
 
 
 def test_a_command_names_the_folder_as_one_would_type_it(folder: Path):
