@@ -79,7 +79,7 @@ def test_a_study_is_learned_again_where_the_code_has_changed_and_reported(comman
     assert {Path(line).name for line in report.stdout.splitlines()} >= {"mine.png", "mine.csv"}
     drawn = command("rl-design-report", "--config-dir", "project/conf", *HEATMAP)
     text = (folder / Path(drawn.stdout.splitlines()[-1])).read_text(encoding="utf-8")
-    assert f"Made by `rl-design-report --config-dir project/conf {' '.join(HEATMAP)}`" in text
+    assert f"Made by `rl-design-report --config-dir project/conf {' '.join(HEATMAP)} " in text
     nothing = command("rl-design-report", "mine", "task.trials=99", "-cd", "project/conf", status=2)
     assert "study mine: none of its 2 points is recorded; `rl-design-space --config-dir project/conf " in nothing.stderr
     assert "Missing" not in (folder / "out" / "report" / "mine.md").read_text(encoding="utf-8")
