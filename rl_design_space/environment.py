@@ -26,8 +26,8 @@ from gymnasium.error import InvalidAction, ResetNeeded
 from gymnasium.spaces import Discrete
 
 from rl_design_space.design import MOVES, DesignPoint, SizedRepresentation, cell_count
+from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.optimum import shortest_tours
-from rl_design_space.learning.streams import layouts
 from rl_design_space.learning.tables import learning_tables, observation_codes
 
 ID = "rl_design_space/OrderedGoals-v0"
@@ -100,7 +100,7 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         task, cells = point.task, cell_count(point.world)
         self._tables = learning_tables(point)
         self._next_cell: list[list[int]] = self._tables.next_cell.tolist()
-        self._layouts = layouts(point.seed, cells, task.goals, task.periods)
+        self._layouts = layouts_of(point)
         self._by_row = observation == "row"
         self._draws = period is None
         self.action_space = Discrete(len(MOVES) * len(self._tables.lengths))

@@ -51,7 +51,7 @@ def use(folder: str | Path | None = None) -> None:
         ConfigError: there is no such folder.
     """
     named = f"{FLAG} {folder}" if folder is not None else f"{VARIABLE}={os.environ.get(VARIABLE)}"
-    path = Path(folder).expanduser().absolute() if folder is not None else user_folder()
+    path = _absolute(folder) if folder is not None else user_folder()
     if path is not None:
         if not path.is_dir():
             raise ConfigError(f"{named}: there is no such folder; mkdir makes one")
@@ -78,7 +78,12 @@ def used(folder: str | Path | None) -> Iterator[None]:
 def user_folder() -> Path | None:
     """The folder in use, if any."""
     named = os.environ.get(VARIABLE)
-    return Path(named).expanduser().absolute() if named else None
+    return _absolute(named) if named else None
+
+
+def _absolute(folder: str | Path) -> Path:
+    """Without `..`, and with the links that the user sees: other machines may mount what lies behind them elsewhere."""
+    return Path(os.path.abspath(Path(folder).expanduser()))  # noqa: PTH100
 
 
 def module_folders() -> list[str]:
@@ -90,6 +95,12 @@ def module_folders() -> list[str]:
 def make_importable(folders: Sequence[str]) -> None:
     """Let modules in these folders be imported; those that are installed go first, so that nothing shadows them."""
     sys.path += [folder for folder in folders if folder not in sys.path]
+
+
+def unused(group: str, option: str) -> Path | None:
+    """A folder in the current one that has this option, and was not named; None if there is none."""
+    folders = sorted(path for path in Path.cwd().iterdir() if path.is_dir() and path != user_folder())
+    return next((folder for folder in folders if (folder / group / f"{option}.yaml").is_file()), None)
 
 
 def flags() -> list[str]:

@@ -35,6 +35,7 @@ from rl_design_space.learning import simulate
 from tests import reference
 from tests.learning import strategies
 from tests.learning.plays import play_period
+from tests.misfits import misfit
 
 RIGHT, LEFT, ABOVE, BELOW = range(4)
 
@@ -97,6 +98,21 @@ def test_the_default_task_comes_out_as_in_the_kernel():
     point = DesignPoint(task=Task(periods=2), representation=Direction(), msa=MultiStepActions(lengths=(3,)))
     curves = simulate(point, threads=1)
     assert learn_through(OrderedGoals(point), 1).steps == curves.steps[1].tolist()
+
+
+def test_starts_and_goals_lie_where_there_are_no_obstacles():
+    solid, here = [1, 5, 9], np.arange(16, dtype=np.int32)
+    moves = Walled(size=4).next_cell()
+    maze = misfit(
+        Walled(size=4),
+        next_cell=lambda self: np.where(np.isin(moves, solid), here, moves),
+        open_cells=lambda self: np.setdiff1d(here, solid).astype(np.int32),
+    )
+    point = DesignPoint(world=maze, task=Task(goals=2, trials=5, periods=4))
+    curves, env = simulate(point, threads=1), OrderedGoals(point)
+    for period in range(4):
+        assert learn_through(env, period).steps == curves.steps[period].tolist()
+        assert not set(env.layout) & set(solid)
 
 
 @settings(deadline=None, max_examples=100)

@@ -79,7 +79,12 @@ def test_the_wheel_holds_every_module_and_nothing_else(wheel: Path):
         f"rl_design_space-{wheel.name.split('-')[1]}.dist-info",
     }
     assert any(name.endswith("licenses/LICENSE") for name in found)
-    assert "rl_design_space/report/templates/page.html.jinja" in found
+    templates = {f"rl_design_space/{file.relative_to(package).as_posix()}" for file in package.rglob("*.jinja")}
+    assert {name for name in found if name.endswith(".jinja")} == templates
+    assert {
+        "rl_design_space/report/templates/page.html.jinja",
+        "rl_design_space/commands/templates/world.py.jinja",
+    } <= found
 
 
 def test_the_wheel_brings_its_plugins(python):

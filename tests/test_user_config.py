@@ -11,9 +11,9 @@ import pytest
 
 from rl_design_space import DesignPoint, user_config
 from rl_design_space._paths import CONF
+from rl_design_space.catalogue.search import searched
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.compose import Composer, shipped_config
-from rl_design_space.sweep.explain import explain
 
 OPTION = "# Mine.\n_target_: own_way.Way\nwidth: 2\n"
 MODULE = """
@@ -79,6 +79,21 @@ def test_a_folder_that_is_not_there_is_told_as_it_was_named(folder: Path, monkey
     monkeypatch.setenv(user_config.VARIABLE, "nowhere")
     with pytest.raises(ConfigError, match="RL_DESIGN_SPACE_CONFIG=nowhere: there is no such folder"):
         user_config.use()
+
+
+def test_a_folder_is_shown_without_detours(folder: Path, tmp_path: Path):
+    (tmp_path / "beside").mkdir(exist_ok=True)
+    with user_config.used(Path("beside") / ".." / folder.name):
+        assert user_config.user_folder() == folder
+        assert user_config.flags() == ["--config-dir", "conf"]
+
+
+def test_an_option_of_a_folder_that_was_not_named_is_told(folder: Path):
+    message = "representation=way: no such option; --config-dir conf would bring one of this name"
+    with pytest.raises(ConfigError, match=message):
+        DesignPoint.from_overrides(["representation=way"])
+    with searched() as search, pytest.raises(ConfigError, match=message):
+        search.check("representation", "way")
 
 
 def test_a_command_names_the_folder_as_one_would_type_it(folder: Path):
@@ -178,21 +193,12 @@ MISTAKES = {
 }
 
 
-def chosen_or_explained(folder: Path, *overrides: str) -> None:
-    """Errors as the command shows them."""
-    try:
-        chosen(folder, *overrides)
-    except Exception as error:
-        raise explain(error) or error from error
-
-
 @pytest.mark.parametrize("name", MISTAKES)
 def test_a_mistake_in_an_option_is_told(name: str, folder: Path):
     content, overrides, message = MISTAKES[name]
     write(folder / "representation" / "way.yaml", content)
-    with pytest.raises(ConfigError, match=message) as caught:
-        chosen_or_explained(folder, *overrides)
-    assert "Traceback" not in str(caught.value)
+    with pytest.raises(ConfigError, match=message):
+        chosen(folder, *overrides)
 
 
 @pytest.mark.parametrize(

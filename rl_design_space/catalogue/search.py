@@ -20,6 +20,7 @@ from rl_design_space import user_config
 from rl_design_space._paths import make_plugins_known
 from rl_design_space.errors import ConfigError
 from rl_design_space.sweep.compose import CONFIG_NAME, OPTION_GROUPS, shipped_config
+from rl_design_space.sweep.explain import unknown_option
 
 #: Groups that say how points are run and which ones, in the order in which people meet them.
 _OTHER_GROUPS = ("tracking", "study")
@@ -60,7 +61,7 @@ class Search:
         if group not in (*self.groups, *HYDRA_GROUPS):
             raise ConfigError.unknown("choice", group, (*self.groups, *HYDRA_GROUPS))
         if option not in self.options(group):
-            raise ConfigError.unknown("option", option, self.options(group), prefix=f"{group}=")
+            raise unknown_option(group, option, self.options(group))
 
     @cached_property
     def defaults(self) -> dict[str, str | None]:

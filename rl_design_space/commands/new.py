@@ -80,15 +80,17 @@ def _texts(kind: str, name: str, folder: Path) -> dict[Path, str]:
     # What is made is Python and YAML.
     templates = Environment(loader=FileSystemLoader(_TEMPLATES), undefined=StrictUndefined, keep_trailing_newline=True)
     words = {"kind": kind, "name": name, "class": _class_name(name), "conf": folder.name}
-    test = "test_study.py" if kind == "study" else "test_component.py"
-    files = {
-        folder.parent / f"{name}.py": f"{kind}.py",
-        folder / kind / f"{name}.yaml": f"{kind}.yaml",
-        folder.parent / f"test_{name}.py": test,
-    }
+    files = {folder / kind / f"{name}.yaml": f"{kind}.yaml"}
     if kind == "study":
-        del files[folder.parent / f"{name}.py"]
+        files[_test(kind, name, folder)] = "test_study.py"
+    else:
+        files = {folder.parent / f"{name}.py": f"{kind}.py", **files, _test(kind, name, folder): "test_component.py"}
     return {path: templates.get_template(f"{source}.jinja").render(words) for path, source in files.items()}
+
+
+def _test(kind: str, name: str, folder: Path) -> Path:
+    """Where the test lies: a study may be called after the component that it is about."""
+    return folder.parent / (f"test_study_{name}.py" if kind == "study" else f"test_{name}.py")
 
 
 def _class_name(name: str) -> str:
@@ -96,8 +98,10 @@ def _class_name(name: str) -> str:
 
 
 def _commands(kind: str, name: str, folder: Path) -> list[str]:
-    run = f"rl-design-space {user_config.FLAG} {user_config.shown(folder)}"
-    test = f"pytest {user_config.shown(folder.parent / f'test_{name}.py')}"
+    flags = f"{user_config.FLAG} {user_config.shown(folder)}"
+    run = f"rl-design-space {flags}"
+    tests = [] if find_spec("pytest") else ["pip install pytest"]
+    tests.append(f"python -m pytest {user_config.shown(_test(kind, name, folder))}")
     if kind == "study":
-        return [test, f"{run} study={name} plan=true", f"{run} study={name}"]
-    return [test, f"{run} {kind}={name} task.periods=50"]
+        return [*tests, f"{run} study={name} plan=true", f"{run} study={name}", f"rl-design-report {flags} {name}"]
+    return [*tests, f"{run} {kind}={name} task.periods=50"]

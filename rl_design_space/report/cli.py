@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from rl_design_space import user_config
-from rl_design_space.errors import shown_as_messages
+from rl_design_space.errors import ConfigError, shown_as_messages
 
 if TYPE_CHECKING:
     from rl_design_space.sweep.study import Study
@@ -40,27 +40,32 @@ def main() -> None:
     """Write a report; errors that a user can mend are one message and exit status 2."""
     from rl_design_space.report.generic import command
 
-    if sys.argv[1:2] and sys.argv[1] in command.WORDS:
-        with shown_as_messages():
-            for path in command.main(sys.argv[1], sys.argv[2:]):
-                print(path)
-        return
+    with shown_as_messages():
+        folder, typed = user_config.take_flag(sys.argv[1:])
+        user_config.use(folder)
+        user_config.tell_of_shadowing()
+        if typed and typed[0] in command.WORDS:
+            paths = command.main(typed[0], typed[1:])
+        else:
+            arguments = _parser(typed).parse_intermixed_args(typed)
+            name = _ALL if arguments.report == "all" else arguments.report
+            paths = write_report(name, arguments.overrides)
+        for path in paths:
+            print(path)
+
+
+def _parser(typed: list[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="rl-design-report",
         description="Write the report of a study from its tracked runs, into outputs/report.",
-        epilog=_studies() if {"-h", "--help"} & set(sys.argv[1:]) else None,
+        epilog=_studies() if {"-h", "--help"} & set(typed) else None,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("report", help="name of a study, e.g. table4; all for every one and the page")
     parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
+    # Taken before; here for --help.
     parser.add_argument(user_config.FLAG, "-cd", metavar="DIR", help="folder with options and studies of your own")
-    arguments = parser.parse_intermixed_args()
-    with shown_as_messages():
-        user_config.use(arguments.config_dir)
-        user_config.tell_of_shadowing()
-        name = _ALL if arguments.report == "all" else arguments.report
-        for path in write_report(name, arguments.overrides):
-            print(path)
+    return parser
 
 
 def _studies() -> str:
@@ -68,8 +73,7 @@ def _studies() -> str:
     from rl_design_space.catalogue.search import searched
     from rl_design_space.report.generic import command
 
-    folder, _ = user_config.take_flag(sys.argv[1:])
-    with searched(folder) as search:
+    with searched() as search:
         any_runs = [f"  {word:12} {what}" for word, what in command.WORDS.items()]
         example = "example: rl-design-report heatmap --rows representation --cols exploration.k --study table4"
         return "\n".join(
@@ -108,6 +112,16 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     settings = build_settings(study.config)
     report: Report = study.report()
     reader = settings.tracking.reader() if study.plan else NoRuns()
+    _tell_of_missing(study, reader)
     paths = report.write(study, reader, Path(settings.outputs) / "report")
     reader.attach(study.name, paths)
     return paths
+
+
+def _tell_of_missing(study: Study, reader: Reader) -> None:
+    """Say on stderr how many points have no run; refuse a report about nothing, which might replace a full one."""
+    missing = len(study.plan) - len(reader.finished([planned.fingerprint for planned in study.plan]))
+    if missing and missing == len(study.plan):
+        raise ConfigError(f"study {study.name}: none of its {missing} points is recorded; `{study.command}` makes them")
+    if missing:
+        print(f"missing: {missing} of {len(study.plan)} points; `{study.command}` makes them", file=sys.stderr)

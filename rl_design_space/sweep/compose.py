@@ -17,6 +17,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override, ValueType
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError
 
 from rl_design_space._paths import CONF
 from rl_design_space.design import DesignPoint
@@ -104,7 +105,10 @@ class Composer:
         if settings not in self._valid_settings:
             self.config(settings)
             self._valid_settings.add(settings)
-        return self._assembler(overrides) or parts_of(self.config(overrides))
+        try:
+            return self._assembler(overrides) or parts_of(self.config(overrides))
+        except YAMLError as error:  # in an option's file
+            raise explain(error) or error from error
 
     @cached_property
     def _assembler(self) -> Assembler:

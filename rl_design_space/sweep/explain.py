@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from hydra.errors import ConfigCompositionException, HydraException, MissingConfigException, OverrideParseException
 from omegaconf import DictConfig
@@ -15,6 +16,7 @@ from omegaconf.errors import (
 from pydantic import ValidationError
 from yaml import MarkedYAMLError
 
+from rl_design_space import user_config
 from rl_design_space.errors import ConfigError
 
 _HIDDEN_KEYS = {"_target_", "hydra"}
@@ -26,7 +28,7 @@ def explain(error: Exception) -> ConfigError | None:
         return error
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, option = str(error.missing_cfg_file).rpartition("/")
-        return ConfigError.unknown("option", option, error.options or (), prefix=f"{group}=")
+        return unknown_option(group, option, error.options or ())
     if isinstance(error, OverrideParseException):
         return ConfigError(f"{error.override}: not an override; they look like key=value, e.g. exploration.k=0.02")
     if isinstance(error, ConfigCompositionException) and isinstance(
@@ -57,6 +59,14 @@ def _not_yaml(error: MarkedYAMLError) -> ConfigError:
     begun = f" that begins in line {error.context_mark.line + 1}" if context and error.context_mark else ""
     place = f"{mark.name}:{mark.line + 1}:{mark.column + 1}" if mark else "YAML"
     return ConfigError(f"{place}: {error.problem}{context}{begun}")
+
+
+def unknown_option(group: str, option: str, known: Iterable[str]) -> ConfigError:
+    """An option that does not exist, with the folder that would have it, or the nearest one that does exist."""
+    if folder := user_config.unused(group, option):
+        needed = f"{user_config.FLAG} {user_config.shown(folder)}"
+        return ConfigError.at(group, option, f"no such option; {needed} would bring one of this name")
+    return ConfigError.unknown("option", option, known, prefix=f"{group}=")
 
 
 def unknown_key(error: ConfigAttributeError | ConfigKeyError) -> ConfigError:

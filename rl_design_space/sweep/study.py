@@ -62,7 +62,10 @@ class Study:
         """
         node = plain(self.config, "study").get("report")
         if node is None:
-            raise ConfigError(f"study {self.name}: its file describes no report")
+            raise ConfigError(
+                f"study {self.name}: its file describes no report; give it one (docs/reports.md), or ask for "
+                f"a picture of its runs, e.g. rl-design-report curves --by representation --study {self.name}"
+            )
         return build("study.report", node)
 
 

@@ -16,6 +16,7 @@ from rl_design_space.contracts import (
     check_msa,
     check_representation,
     check_reward,
+    check_study,
     check_world,
 )
 from rl_design_space.design import (
@@ -42,6 +43,7 @@ KEPT = [
     (check_world, Torus(size=(100, 3))),
     (check_world, Walled()),
     (check_world, Walled(size=(2, 9))),
+    (check_world, misfit(Walled(size=3), open_cells=lambda self: np.array([0, 1, 3], dtype=np.int32))),
     (check_representation, AdHoc()),
     (check_representation, Distance()),
     (check_representation, Distance(goals="remaining")),
@@ -70,6 +72,12 @@ def test_a_representation_can_be_checked_in_worlds_of_ones_own():
     check_representation(Distance(), worlds=[Torus(size=30), Walled(size=(2, 40))])
 
 
+def test_a_study_keeps_its_contract_if_it_can_be_planned():
+    check_study("table4")
+    with pytest.raises(AssertionError, match="study=tabel4: no such option; did you mean study=table4"):
+        check_study("tabel4")
+
+
 # Breaches.
 
 calls = count()
@@ -77,6 +85,10 @@ calls = count()
 
 def world(**members: object) -> object:
     return misfit(Torus(size=3), **members)
+
+
+def opened(*cells: int) -> object:
+    return world(open_cells=lambda self: np.array(cells, dtype=np.int32))
 
 
 def representation(observation) -> object:
@@ -173,6 +185,15 @@ BROKEN = {
         check_world,
         world(offset=lambda self, goals: [2 * way for way in torus.offset(goals)]),
         r"offset\(\) must lie within reach \(1, 1\), not as far as \(2, 2\)",
+    ),
+    "world: open cells as a list": (check_world, world(open_cells=lambda self: [0, 1]), "must be a NumPy array"),
+    "world: open cells outside": (check_world, opened(0, 9), r"open_cells\(\) must lie in the world of 9 cells"),
+    "world: open cells twice": (check_world, opened(0, 1, 1), "must be several, in ascending order"),
+    "world: one open cell": (check_world, opened(4), "must be several"),
+    "world: no way": (
+        check_world,
+        world(next_cell=lambda self: np.where(next_cell == 4, np.arange(9, dtype=np.int32), next_cell)),
+        r"must lead from every open cell to every other, but it does not: \(0, 4\)",
     ),
     "world: offset in floats": (
         check_world,

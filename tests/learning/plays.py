@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.design import DesignPoint
 from rl_design_space.learning.behaviour import COIN_SIDES
 from rl_design_space.learning.kernel import Rules, learn
 from rl_design_space.learning.lanes import empty_lanes
-from rl_design_space.learning.streams import behaviour_states, layouts
+from rl_design_space.learning.layouts import layouts_of
+from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables, observation_codes
 
 #: The learner of a test that says nothing else of it: a Q-value becomes its undiscounted target.
@@ -68,7 +69,7 @@ def play(
 
 def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
     """Learn one period of a point; with the result come the observation codes of its Q-matrix, row by row."""
-    layout = layouts(point.seed, cell_count(point.world), point.task.goals, point.task.periods)[period]
+    layout = layouts_of(point)[period]
     codes = observation_codes(point, layout[np.newaxis, 1:])
     tables = learning_tables(point)
     state = behaviour_states(point.seed, point.task.periods)[period]

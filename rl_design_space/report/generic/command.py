@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rl_design_space import user_config
 from rl_design_space.errors import ConfigError
 
 #: Words of the command, with what they draw.
@@ -39,7 +40,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     settings = settings_of(chosen.overrides)
     reader = settings.tracking.reader()
     figure = _FIGURES[word](chosen)
-    command = shlex.join(["rl-design-report", word, *arguments])
+    command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])
     selection = Selection.of_runs(reader.frame(chosen.study, chosen.filter), reader, command)
     name = chosen.name or _name(word, figure.heading)
     paths: list[Path] = figure.write_of(selection, Path(settings.outputs) / "report" / name)
