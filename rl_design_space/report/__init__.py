@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from rl_design_space.report.curves import CurvesFigure
     from rl_design_space.report.generic.compare import Compare
     from rl_design_space.report.generic.curves import Curves
+    from rl_design_space.report.generic.figures import Figures
     from rl_design_space.report.generic.heatmap import Heatmap
     from rl_design_space.report.generic.sensitivity import Sensitivity
     from rl_design_space.report.ledger import ClaimsLedger
@@ -23,6 +24,7 @@ __all__ = [
     "Compare",
     "Curves",
     "CurvesFigure",
+    "Figures",
     "Heatmap",
     "Page",
     "PropertyMap",
@@ -37,6 +39,7 @@ __all__ = [
 _HOME = {
     "Compare": "generic.compare",
     "Curves": "generic.curves",
+    "Figures": "generic.figures",
     "Heatmap": "generic.heatmap",
     "Sensitivity": "generic.sensitivity",
     "ClaimsLedger": "ledger",

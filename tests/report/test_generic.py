@@ -162,7 +162,7 @@ def test_runs_that_are_not_there_are_told(outputs: Path):
         command.main("sensitivity", ["exploration.k", "--study", "table4", f"outputs={outputs}"])
 
 
-def test_a_study_carries_its_own_figure(outputs: Path, tmp_path: Path):
+def test_a_study_carries_its_own_figures(outputs: Path, tmp_path: Path):
     from rl_design_space.report.cli import write_report
     from rl_design_space.user_config import used
 
@@ -171,11 +171,14 @@ def test_a_study_carries_its_own_figure(outputs: Path, tmp_path: Path):
     study.write_text(
         "blocks:\n  a: {representation: 'ad_hoc,direction', exploration: linear, exploration.k: '0.02,0.05,0.1',\n"
         "      task.periods: 6, task.trials: 5, world.size: 4}\n"
-        "report: {_target_: rl_design_space.report.Heatmap, rows: representation, cols: exploration.k}\n",
+        "report:\n  _target_: rl_design_space.report.Figures\n  figures:\n"
+        "    map: {_target_: rl_design_space.report.Heatmap, rows: representation, cols: exploration.k}\n"
+        "    slope: {_target_: rl_design_space.report.Sensitivity, parameter: exploration.k}\n",
         encoding="utf-8",
     )
     with used(tmp_path / "conf"):
         paths = write_report("own", [f"outputs={outputs}"])
-    text = next(path for path in paths if path.suffix == ".md").read_text(encoding="utf-8")
+    assert {path.name for path in paths if path.suffix == ".png"} == {"own-map.png", "own-slope.png"}
+    text = next(path for path in paths if path.name == "own-map.md").read_text(encoding="utf-8")
     assert re.search(r"\*\*Missing: 1 of 6 points\*\*", text)
     assert "Hatched: 1 of 6 cells" in text
