@@ -11,6 +11,7 @@ from typing import NamedTuple
 from markdown_it import MarkdownIt
 
 from rl_design_space import commands
+from rl_design_space.report.generic.command import WORDS
 from tests.commands import SCRIPTS, Completed, environment
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -54,10 +55,10 @@ def _commands(text: str) -> Iterator[Typed]:
 
 
 def run(words: tuple[str, ...], folder: Path) -> Completed:
-    """Run a documented command in a folder; what it would learn is made small."""
+    """Run a documented command in a folder; what it would learn, or report about, is made small."""
     program, *arguments = words
-    looks_up = set(arguments) & {*commands.words(), "--help", "-h", "--hydra-help"}
-    small = () if looks_up or program != "rl-design-space" else SMALL
+    as_it_stands = set(arguments) & {*commands.words(), *WORDS, "--help", "-h", "--hydra-help"}
+    small = () if as_it_stands else SMALL
     return subprocess.run(
         [str(SCRIPTS / program), *arguments, *small],
         cwd=folder,

@@ -112,9 +112,18 @@ def test_the_report_is_kept_with_the_summary_run(folder: Path, written: Complete
     assert (page.parent / "claims.csv").exists()
 
 
+def test_a_report_of_no_recorded_point_is_refused_and_replaces_nothing(command: Command, report: Path):
+    page = (report / "index.html").read_bytes()
+    said = command("rl-design-report", "all", *SMALL, "seed=76", status=2)
+    assert said.stderr.startswith("error: study paper: none of its 476 points is recorded; `rl-design-space study=paper ")
+    assert (report / "index.html").read_bytes() == page
+
+
 def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command, report: Path, folder: Path):
-    # A seed that nobody has run.
-    command("rl-design-report", "all", *SMALL, "seed=77")
+    # A few points of a seed that nobody has run.
+    command("rl-design-space", "study=paper", *SMALL, "seed=77", "shard=1/40")
+    said = command("rl-design-report", "all", *SMALL, "seed=77")
+    assert re.search(r"^missing: 4\d\d of 476 points; `rl-design-space study=paper .*` makes them$", said.stderr, re.M)
     html = (folder / "out" / "report" / "index.html").read_text(encoding="utf-8")
     assert "issing" in html
     for name in SECTIONS:
