@@ -65,10 +65,10 @@ def _scaling(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def _part(name: str, module: ModuleType, title: str, chosen: argparse.Namespace) -> int:
+def _part(name: str, module: ModuleType, title: str, chosen: argparse.Namespace, rounds: int = 9) -> int:
     """A part that is nothing but measuring and a table."""
     results = Results(chosen.outputs, name, title)
-    calls = module.measure(chosen.rounds or (2 if chosen.quick else 9), console.print)
+    calls = module.measure(chosen.rounds or (2 if chosen.quick else rounds), console.print)
     frame = module.summary(calls)
     results.save(frame, module.text_of(frame), calls)
     return 0
@@ -79,9 +79,9 @@ PARTS: dict[str, Callable[[argparse.Namespace], int]] = {
     "scaling": _scaling,
     "start": partial(_part, "start", start, "From the command to the first result"),
     "roofline": partial(_part, "roofline", roofline, "Where the time of a step goes"),
-    "tracking": partial(_part, "tracking", tracking, "What it costs to record a point"),
+    "tracking": partial(_part, "tracking", tracking, "What it costs to record a point", rounds=3),
     "sweep": partial(_part, "sweep", sweep, "What a point of a sweep costs beside learning and recording"),
-    "browse": partial(_part, "browse", browse, "How long one waits at 10,000 runs"),
+    "browse": partial(_part, "browse", browse, "How long one waits at 10,000 runs", rounds=3),
 }
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import pytest
 from tests.commands import Command, commands_in, runs
 
 SMALL = ("task.periods=2", "task.trials=3")
-HEATMAP = ("heatmap", "--rows=representation", "--cols=task.trials", "--study=mine", "--mean")
+HEATMAP = ("heatmap", "--rows=representation", "--cols=task.trials", "--study=mine")
 WAY = """
 from dataclasses import dataclass
 from offsets import SHIFT
@@ -80,6 +80,9 @@ def test_a_study_is_learned_again_where_the_code_has_changed_and_reported(comman
     drawn = command("rl-design-report", "--config-dir", "project/conf", *HEATMAP)
     text = (folder / Path(drawn.stdout.splitlines()[-1])).read_text(encoding="utf-8")
     assert f"Made by `rl-design-report --config-dir project/conf {' '.join(HEATMAP)} " in text
+    assert "Left out: 1 of 3 runs, of components whose code was changed since." in text
+    differ = command("rl-design-report", *HEATMAP, "--filter=params.`representation.source` like '%'", status=2)
+    assert differ.stderr.startswith("error: representation.source: 2 runs of one cell ")
     nothing = command("rl-design-report", "mine", "task.trials=99", "-cd", "project/conf", status=2)
     assert "study mine: none of its 2 points is recorded; `rl-design-space --config-dir project/conf " in nothing.stderr
     assert "Missing" not in (folder / "out" / "report" / "mine.md").read_text(encoding="utf-8")

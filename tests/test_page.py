@@ -115,7 +115,7 @@ def test_the_report_is_kept_with_the_summary_run(folder: Path, written: Complete
 def test_a_report_of_no_recorded_point_is_refused_and_replaces_nothing(command: Command, report: Path):
     page = (report / "index.html").read_bytes()
     said = command("rl-design-report", "all", *SMALL, "seed=76", status=2)
-    assert said.stderr.startswith("error: study paper: none of its 476 points is recorded; `rl-design-space study=paper ")
+    assert said.stderr.startswith("error: study paper: none of its 476 points is recorded; `rl-design-space study=")
     assert (report / "index.html").read_bytes() == page
 
 

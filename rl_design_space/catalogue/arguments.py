@@ -37,6 +37,9 @@ def question(parser: argparse.ArgumentParser, arguments: Sequence[str], subject:
         arguments: behind its word.
         subject: name of the argument that says what to look up; optional if it begins with `[`.
         about: what it may be.
+
+    Raises:
+        ConfigError: a word is neither the subject nor an override.
     """
     optional = subject.startswith("[")
     parser.add_argument("subject", metavar=subject.strip("[]"), nargs="?" if optional else None, help=about)
@@ -49,6 +52,9 @@ def question(parser: argparse.ArgumentParser, arguments: Sequence[str], subject:
     if optional and found.subject and "=" in found.subject:
         found.subject, overrides = None, (found.subject, *overrides)
     if words := [word for word in overrides if "=" not in word and not word.startswith("~")]:
-        raise ConfigError(f"{words[0]}: not an override; they look like key=value, e.g. task.periods=50")
+        message = f"{words[0]}: not an override; they look like key=value, e.g. task.periods=50"
+        if found.subject and "=" not in found.subject:
+            message += f"; `rl-design-space show {found.subject}={words[0]}` tells of one option"
+        raise ConfigError(message)
     searchpath = tuple(override for override in overrides if override.lstrip("+").startswith(_SEARCHPATH))
     return Question(found.subject, overrides, searchpath, found.config_dir, found.json)

@@ -26,8 +26,9 @@ _QUIET = 120.0
 #: How many waiting records are much.
 _MANY = 100
 #: While others learn, learning comes first: how much lower the priority of the tracker process is. Whoever waits for so
-#: many records has another one started in its place, because priorities cannot be raised.
-_NICENESS, _HURRY_FOR = 10, 5
+#: many records, which take longer than to start a process, has another one started in its place, because priorities
+#: cannot be raised.
+_NICENESS, _HURRY_FOR = 10, 50
 #: Tracker processes that may die one after the other without having delivered anything.
 _DEATHS = 3
 

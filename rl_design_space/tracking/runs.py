@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: A number as Python writes it and YAML 1.1 takes for text.
 _SMALL = re.compile(r"-?\d+e[+-]\d+")
+#: The param that says what a component of one's own was recognised by, after its option's.
+_SOURCE = ".source"
 #: A tag for each study.
 _STUDY_TAG = "study."
 #: Columns of a frame of runs that are neither params nor scalars; its index is `run_id`.
@@ -65,6 +67,15 @@ def of_study(frame: pd.DataFrame, study: str) -> pd.DataFrame:
         known = {name for names in frame["studies"].unique() for name in names.split(" ") if name}
         raise ConfigError.unknown("study among these runs", study, known)
     return frame[belongs]
+
+
+def of_newest_code(frame: pd.DataFrame) -> pd.DataFrame:
+    """Runs without those of components whose code was changed since: of each option, the code of its latest run."""
+    for name in frame.columns[frame.columns.str.endswith(_SOURCE)]:
+        option = name.removesuffix(_SOURCE)
+        newest = frame.sort_values("started").groupby(option)[name].last()  # skips runs without a source
+        frame = frame[frame[name].isna() | (frame[name] == frame[option].map(newest))]
+    return frame
 
 
 def filtered(found: Sequence[Found], text: str) -> list[Found]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from PIL import Image
 
@@ -17,6 +18,7 @@ from rl_design_space.report import Compare, Curves, Heatmap, Sensitivity
 from rl_design_space.report.generic import command
 from rl_design_space.report.generic.selection import Selection
 from rl_design_space.sweep.compose import compose
+from rl_design_space.tracking.runs import of_newest_code
 from tests.tracking.conftest import empty_database  # noqa: F401 - a fixture
 from tests.tracking.stores import copy_database, options, record, tracker_at
 
@@ -160,6 +162,23 @@ def test_runs_that_are_not_there_are_told(outputs: Path):
         command.main("sensitivity", ["exploration.k", "--filter", "metrics.total_steps < 0", f"outputs={outputs}"])
     with pytest.raises(ConfigError, match=r"study among these runs.*there is mine"):
         command.main("sensitivity", ["exploration.k", "--study", "table4", f"outputs={outputs}"])
+
+
+def test_runs_of_earlier_code_are_left_out_option_by_option():
+    frame = pd.DataFrame(
+        [
+            ("rings", "sha256:old", "torus", None, 1),
+            ("rings", "sha256:new", "torus", None, 3),
+            ("way", "sha256:old", "torus", None, 2),
+            ("ad_hoc", None, "maze", "version 2", 5),
+            ("ad_hoc", None, "maze", "version 1", 4),
+            ("ad_hoc", None, "torus", None, 0),
+        ],
+        columns=["representation", "representation.source", "world", "world.source", "started"],
+    )
+    assert of_newest_code(frame)["started"].tolist() == [3, 2, 5, 0]
+    none = frame.drop(columns=["representation.source", "world.source"])
+    assert of_newest_code(none) is none
 
 
 def test_a_study_carries_its_own_figures(outputs: Path, tmp_path: Path):

@@ -36,12 +36,18 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
 
     from rl_design_space.report.generic.selection import Selection
     from rl_design_space.sweep.settings import settings_of
+    from rl_design_space.tracking.runs import of_newest_code
 
     settings = settings_of(chosen.overrides)
     reader = settings.tracking.reader()
     figure = _FIGURES[word](chosen)
     command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])
-    selection = Selection.of_runs(reader.frame(chosen.study, chosen.filter), reader, command)
+    frame, remarks = reader.frame(chosen.study, chosen.filter), []
+    if not any(".source" in argument for argument in arguments):
+        every, frame = frame, of_newest_code(frame)
+        if left_out := len(every) - len(frame):
+            remarks = [f"Left out: {left_out} of {len(every)} runs, of components whose code was changed since."]
+    selection = Selection.of_runs(frame, reader, command, remarks)
     name = chosen.name or _name(word, figure.heading)
     paths: list[Path] = figure.write_of(selection, Path(settings.outputs) / "report" / name)
     return paths

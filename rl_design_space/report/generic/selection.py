@@ -76,13 +76,14 @@ class Selection:
         return cls(points, reader, made_by(study), [line for line in missing if line], study.mark)
 
     @classmethod
-    def of_runs(cls, frame: pd.DataFrame, reader: Reader, command: str) -> Selection:
+    def of_runs(cls, frame: pd.DataFrame, reader: Reader, command: str, remarks: Sequence[str] = ()) -> Selection:
         """Runs of a store.
 
         Args:
             frame: as `RunReader.frame` returns it.
             reader: of the same store.
             command: that makes the report.
+            remarks: more paragraphs, such as what was left out.
 
         Raises:
             ConfigError: there is no run.
@@ -99,9 +100,8 @@ class Selection:
             points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
         periods = sorted({point.parameters["task.periods"] for point in points})
         runs = "1 run" if len(points) == 1 else f"{len(points)} runs"
-        return cls(
-            points, reader, f"Made by `{command}` from {runs}, {' or '.join(map(text, periods))} periods a point."
-        )
+        made_by = f"Made by `{command}` from {runs}, {' or '.join(map(text, periods))} periods a point."
+        return cls(points, reader, made_by, remarks)
 
     @property
     def recorded(self) -> list[Point]:
