@@ -11,6 +11,8 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
+from tests.tracking.stores import copy_database
+
 SCRIPTS = Path(sysconfig.get_path("scripts"))
 
 #: Variables that would change what a command does.
@@ -45,14 +47,21 @@ def heed_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def commands_in(folder: Path) -> Command:
-    """Run a command in a folder; whatever it does, it may write nothing beside its outputs."""
+def commands_in(folder: Path, database: Path | None = None) -> Command:
+    """Run a command in a folder; whatever it does, it may write nothing beside its outputs.
+
+    Args:
+        folder: made for this.
+        database: what new outputs begin with; creating one takes a command seconds.
+    """
     (folder / "temporary").mkdir()
     (folder / "own").mkdir()
 
     def run(*words: str, status: int = 0, outputs: str = "out", **variables: str) -> Completed:
         program, *arguments = words
         full = [str(SCRIPTS / program) if program.startswith("rl-") else program, *arguments, f"outputs={outputs}"]
+        if database and not (folder / outputs).exists():
+            copy_database(database, folder / outputs / "mlflow.db")
         before = _tree(folder)
         done = subprocess.run(
             full, cwd=folder, env=environment(folder, **variables), capture_output=True, text=True, timeout=120

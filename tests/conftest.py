@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 import pytest
 
+from rl_design_space.tracking.store import connect
 from tests.servers import _shared_mlflow_server, auth_server, mlflow_server, postgres  # noqa: F401  (fixtures)
+from tests.tracking.stores import import_mlflow
+
+
+@pytest.fixture(scope="session")
+def empty_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A database as MLflow creates it, which takes seconds, so it is copied; it has no experiment of ours."""
+    import_mlflow()
+    database = tmp_path_factory.mktemp("empty") / "mlflow.db"
+    connect(f"sqlite:///{database}")
+    return database
 
 
 @pytest.hookimpl(trylast=True)

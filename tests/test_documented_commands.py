@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.documented import DOCS, File, Typed, parts_of, run
+from tests.tracking.stores import copy_database
 
 #: Pages with tests of their own, because they give files as well.
 _ELSEWHERE = {"configs.md", "components.md", "python.md", "clusters.md", "server.md"}
@@ -23,15 +24,23 @@ def test_the_pages_have_commands():
     assert sum(map(len, map(typed, PAGES))) > 15
 
 
+@pytest.fixture(scope="module")
+def folder(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where somebody reads one page after the other."""
+    folder = tmp_path_factory.mktemp("reader")
+    (folder / "temporary").mkdir()
+    copy_database(empty_database, folder / "outputs" / "mlflow.db")
+    return folder
+
+
 @pytest.mark.parametrize("page", [page for page in PAGES if typed(page)], ids=lambda page: page.stem)
-def test_the_commands_of_a_page_work(page: Path, tmp_path: Path):
-    (tmp_path / "temporary").mkdir()
+def test_the_commands_of_a_page_work(page: Path, folder: Path):
     for part in parts_of(page):
         if isinstance(part, File):
-            (tmp_path / part.path).parent.mkdir(parents=True, exist_ok=True)
-            (tmp_path / part.path).write_text(part.text, encoding="utf-8")
+            (folder / part.path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / part.path).write_text(part.text, encoding="utf-8")
     for command in typed(page):
-        done = run(command.words, tmp_path)
+        done = run(command.words, folder)
         assert done.returncode == 0, done.stdout + done.stderr
         assert "error" not in done.stderr.lower(), command.words
         assert done.stdout

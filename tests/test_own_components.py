@@ -41,8 +41,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def command(folder: Path) -> Command:
-    run = commands_in(folder)
+def command(folder: Path, empty_database: Path) -> Command:
+    run = commands_in(folder, empty_database)
     write(folder, "way.py", WAY)
     write(folder, "offsets.py", "SHIFT = 0\n")
     write(folder, "conf/representation/way.yaml", "# Mine.\n_target_: way.Way\n")

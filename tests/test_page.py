@@ -25,8 +25,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def command(folder: Path) -> Command:
-    return commands_in(folder)
+def command(folder: Path, empty_database: Path) -> Command:
+    return commands_in(folder, empty_database)
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,11 @@ from rl_design_space import commands
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
 from rl_design_space.tracking.record import read_periods
-from tests.tracking.conftest import empty_database  # noqa: F401 - a fixture
 from tests.tracking.stores import copy_database, learned, options, record, tracker_at
 
 
 @pytest.fixture
-def outputs(empty_database: Path, tmp_path: Path) -> Path:  # noqa: F811
+def outputs(empty_database: Path, tmp_path: Path) -> Path:
     copy_database(empty_database, tmp_path / "mlflow.db")
     return tmp_path
 

@@ -16,7 +16,6 @@ from rl_design_space.tracking.server import serving
 from rl_design_space.tracking.tracker import SweepEnding
 from tests.browser import needs_browser
 from tests.devtools import Tab, tab
-from tests.tracking.conftest import empty_database as empty_database
 from tests.tracking.stores import copy_database, import_mlflow, learned, tracker_at
 from tests.ui_command import free_port, ui_of
 

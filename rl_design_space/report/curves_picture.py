@@ -31,7 +31,7 @@ MARKERS = "osD^vP"
 #: Panels side by side.
 _COLUMNS = 2
 _NOTE = (
-    "Lines: mean over periods of the steps of a trial, with its 95 % interval; logarithmic. Beneath: share of periods in "
+    "Lines: mean over periods of the steps of a trial, with its 95 % interval; logarithmic. Below: share of periods in "
     "which the trial misses the final goal.\nDashed grey: fewest moves possible. Dotted grey: a random walk (expected, "
     "without the step cap)."
 )

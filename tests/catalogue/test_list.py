@@ -109,7 +109,10 @@ def test_choices_of_ones_own_are_listed(told: Told, own: Path):
         (["world", "--config-dir", "nowhere"], "--config-dir nowhere: there is no such folder"),
         (["world", "seed=1"], "seed=1: list takes no override"),
         (["seed=1"], "seed=1: list takes no override"),
-        (["world", "torus"], "`rl-design-space show world=torus` tells"),
+        (
+            ["world", "torus"],
+            "torus: not an override; they look like key=value, e.g. task.periods=50; `rl-design-space show",
+        ),
     ],
 )
 def test_a_mistake_is_answered_by_what_would_be_right(arguments: list[str], message: str):

@@ -16,6 +16,7 @@ import pytest
 import yaml
 
 from tests.commands import SCRIPTS, environment
+from tests.tracking.stores import copy_database
 
 SMALL = ("task.periods=2", "task.trials=3")
 SWEEP = ("-m", *SMALL, "representation=ad_hoc,direction", "world.size=4,5")
@@ -98,7 +99,7 @@ class Done:
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Done]]:
+def done(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Done]]:
     """The commands by name, each with outputs of its own; two at a time, because each takes seconds to start."""
     folder = tmp_path_factory.mktemp("plugins")
     (folder / "temporary").mkdir()
@@ -107,6 +108,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], D
 
     def run(name: str) -> Done:
         outputs = name.replace(" ", "_").replace(",", "")
+        copy_database(empty_database, folder / outputs / "mlflow.db")
         full = [str(SCRIPTS / "rl-design-space"), *COMMANDS[name], f"outputs={outputs}", "threads=1"]
         completed = subprocess.run(
             full, cwd=folder, env=environment(folder), capture_output=True, text=True, timeout=120

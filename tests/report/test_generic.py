@@ -19,7 +19,6 @@ from rl_design_space.report.generic import command
 from rl_design_space.report.generic.selection import Selection
 from rl_design_space.sweep.compose import compose
 from rl_design_space.tracking.runs import of_newest_code
-from tests.tracking.conftest import empty_database  # noqa: F401 - a fixture
 from tests.tracking.stores import copy_database, options, record, tracker_at
 
 SIZE = ("task.periods=6", "task.trials=5", "world.size=4", "exploration=linear")
@@ -34,7 +33,7 @@ LEARNED = {overrides: simulate(compose([*SIZE, *overrides]).point) for overrides
 
 
 @pytest.fixture(scope="module")
-def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:  # noqa: F811
+def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("generic")
     copy_database(empty_database, folder / "mlflow.db")
     tracker = tracker_at(folder / "mlflow.db")

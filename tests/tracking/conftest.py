@@ -1,4 +1,4 @@
-"""Creating a database takes MLflow seconds, so it is done once and copied."""
+"""Databases to write to."""
 
 from __future__ import annotations
 
@@ -6,17 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rl_design_space.tracking.store import connect
-from tests.tracking.stores import copy_database, import_mlflow
-
-
-@pytest.fixture(scope="session")
-def empty_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A database as MLflow creates it, with no experiment of ours."""
-    import_mlflow()
-    database = tmp_path_factory.mktemp("empty") / "mlflow.db"
-    connect(f"sqlite:///{database}")
-    return database
+from tests.tracking.stores import copy_database
 
 
 @pytest.fixture

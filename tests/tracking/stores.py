@@ -63,6 +63,7 @@ def record(tracker: MlflowTracker, planned: PlannedPoint, curves: LearningCurves
 
 def copy_database(source: Path, target: Path) -> None:
     """A consistent copy, also of a database that others hold open."""
+    target.parent.mkdir(parents=True, exist_ok=True)
     with closing(sqlite3.connect(source)) as one, closing(sqlite3.connect(target)) as other:
         one.backup(other)
 

@@ -58,8 +58,8 @@ def folder(launcher: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def command(folder: Path) -> Command:
-    run = commands_in(folder)
+def command(folder: Path, empty_database: Path) -> Command:
+    run = commands_in(folder, empty_database)
     (folder / "own" / "mine.py").write_text(OWN, encoding="utf-8")
     return run
 
