@@ -1,0 +1,38 @@
+"""Points are recorded by sweeps and in the naive way, and learned without being recorded."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks import tracking
+
+CASE = f"{tracking.OURS}, 1 of 1 cores learn"
+
+
+def test_a_round_records_and_learns_in_every_way(monkeypatch: pytest.MonkeyPatch):
+    for name, points in (("_FEW", 1), ("_MANY", 3), ("_NAIVE", 1)):
+        monkeypatch.setattr(tracking, name, points)
+    monkeypatch.setattr(tracking, "available_threads", lambda: 1)
+    calls = tracking.measure(rounds=1, report=lambda _: None).set_index("case")
+    assert list(calls.index) == [CASE, tracking.NAIVE]
+    assert calls.loc[CASE, "slowed"] > 0
+    # Hundreds of calls and commits are more than a process that is busy with other things could hide.
+    assert calls.loc[tracking.NAIVE, "cpu_ms"] > 50
+
+
+def test_the_naive_way_is_compared_with_ours_within_a_round():
+    calls = pd.DataFrame(
+        [
+            {"case": CASE, "round": 0, "cpu_ms": 40.0, "slowed": 1.01},
+            {"case": tracking.NAIVE, "round": 0, "cpu_ms": 800.0, "slowed": np.nan},
+            {"case": CASE, "round": 1, "cpu_ms": 60.0, "slowed": 1.03},
+            {"case": tracking.NAIVE, "round": 1, "cpu_ms": 1800.0, "slowed": np.nan},
+        ]
+    )
+    rows = tracking.summary(calls).set_index("case")
+    assert rows.loc[tracking.NAIVE, "ratio"] == 25
+    assert rows.loc[CASE, "ratio"] == 1
+    assert rows.loc[CASE, "slowed"] == 1.02
+    assert len(tracking.text_of(rows.reset_index())) == 2
