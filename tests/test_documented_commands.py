@@ -10,7 +10,7 @@ import pytest
 from tests.documented import DOCS, File, Typed, parts_of, run
 from tests.tracking.stores import copy_database
 
-#: Pages with tests of their own, because they give files as well.
+#: Pages with tests of their own, because they give files as well, or need a server.
 _ELSEWHERE = {"configs.md", "components.md", "python.md", "clusters.md", "server.md"}
 PAGES = [DOCS.parent / "README.md", *(page for page in sorted(DOCS.glob("*.md")) if page.name not in _ELSEWHERE)]
 

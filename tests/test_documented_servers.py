@@ -1,0 +1,65 @@
+"""What docs/server.md and docs/clusters.md tell people to type works, with a server and clusters of this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rl_design_space.errors import ConfigError
+from tests.documented import DOCS, Typed, parts_of, run
+from tests.servers import MlflowServer, needs_postgres
+from tests.tracking.stores import import_mlflow
+
+#: What a reader has to put in for himself. Clusters that are started elsewhere are not to be had here.
+_SERVER, _RUN, _PART, _ELSEWHERE = (
+    "http://trackinghost:5000",
+    "RUN_ID",
+    "$SLURM_ARRAY_TASK_ID",
+    "hydra.launcher.address=",
+)
+
+
+def typed(page: str) -> list[Typed]:
+    return [part for part in parts_of(DOCS / page) if isinstance(part, Typed)]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("team")
+    (folder / "temporary").mkdir()
+    return folder
+
+
+def some_run(uri: str) -> str:
+    """The id of a design point that the server has."""
+    import_mlflow()
+    from mlflow import MlflowClient
+
+    client = MlflowClient(uri)
+    experiment = client.get_experiment_by_name("design points")
+    if experiment is None:
+        raise ConfigError(f"{uri}: nothing was recorded")
+    (found,) = client.search_runs([experiment.experiment_id], "attributes.status = 'FINISHED'", max_results=1)
+    return str(found.info.run_id)
+
+
+@needs_postgres
+def test_the_commands_for_a_server_work(mlflow_server: MlflowServer, folder: Path):
+    for command in typed("server.md"):
+        words = [word.replace(_SERVER, mlflow_server.uri) for word in command.words]
+        words = [some_run(mlflow_server.uri) if word == _RUN else word for word in words]
+        done = run(tuple(words), folder)
+        assert (done.returncode, done.stderr) == (0, ""), words
+        assert done.stdout
+
+
+@needs_postgres
+def test_the_commands_for_clusters_work(mlflow_server: MlflowServer, folder: Path):
+    commands = [command.words for command in typed("clusters.md")]
+    here = [words for words in commands if not any(_ELSEWHERE in word for word in words)]
+    assert len(here) == len(commands) - 2
+    for words in here:
+        done = run(tuple(word.replace(_SERVER, mlflow_server.uri).replace(_PART, "1") for word in words), folder)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert "0 failed" in done.stdout
