@@ -92,12 +92,12 @@ def metrics(
     Of a curve, every so many trials are taken, and the last one.
     """
     found = learned.curves
-    points = [(name, value, 0) for name, value in scalars.items()]
+    points = [(values.key(name), value, 0) for name, value in scalars.items()]
     for name in dict.fromkeys((*CURVES, *on_demand)):
-        curve = found[name].tolist()
+        curve = found[values.key(name)].tolist()
         trials = sorted({*range(0, len(curve), every), len(curve) - 1})
         points += [(name, curve[trial], trial) for trial in trials]
-    numbers = [(values.key(name), values.metric(value), step) for name, value, step in points]
+    numbers = [(name, values.metric(value), step) for name, value, step in points]
     return [(name, number, step) for name, number, step in numbers if number is not None]
 
 
