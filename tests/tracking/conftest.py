@@ -1,4 +1,4 @@
-"""Databases to write to."""
+"""Databases to write to, and who writes and reads."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.tracking.stores import copy_database
+from tests.tracking.stores import copy_database, tracker_at
 
 
 @pytest.fixture
@@ -22,3 +22,15 @@ def shared_database(empty_database: Path, tmp_path_factory: pytest.TempPathFacto
     database = tmp_path_factory.mktemp("shared") / "mlflow.db"
     copy_database(empty_database, database)
     return database
+
+
+@pytest.fixture
+def tracker(database: Path):
+    return tracker_at(database)
+
+
+@pytest.fixture
+def client(database: Path):
+    from mlflow import MlflowClient
+
+    return MlflowClient(f"sqlite:///{database}")

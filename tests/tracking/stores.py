@@ -7,10 +7,11 @@ import warnings
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.sweep.compose import compose
-from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.sweep.plan import Plan, PlannedPoint
 from rl_design_space.tracking import MlflowTracking
 from rl_design_space.tracking.courier import Left
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
@@ -18,6 +19,11 @@ from rl_design_space.tracking.spool import Spool
 from rl_design_space.tracking.tracker import StoredRun
 from rl_design_space.tracking.writer import deliver_all
 
+if TYPE_CHECKING:
+    from mlflow import MlflowClient
+
+#: What a user has typed.
+COMMAND = "rl-design-space study=mine world.size=4"
 #: A point that costs nothing to learn.
 TINY = ("task.periods=3", "task.trials=4", "world.size=4")
 
@@ -59,6 +65,16 @@ def record(tracker: MlflowTracker, planned: PlannedPoint, curves: LearningCurves
     """Record a point, and find it in the store."""
     tracker.record(planned, curves)
     return tracker.finished([planned.fingerprint])[planned.fingerprint]
+
+
+def plan_of(*points: PlannedPoint) -> Plan:
+    """A plan of two studies."""
+    return Plan(points, studies=("mine", "yours"))
+
+
+def runs(client: MlflowClient, experiment: str = "design points") -> list:
+    """All runs of an experiment."""
+    return client.search_runs([client.get_experiment_by_name(experiment).experiment_id])
 
 
 def copy_database(source: Path, target: Path) -> None:
