@@ -11,7 +11,9 @@ from tempfile import TemporaryDirectory
 import rl_design_space as rds
 from rl_design_space.learning.names import CURVES
 from rl_design_space.sweep.compose import compose
-from rl_design_space.tracking.record import config_file, params, periods_file
+from rl_design_space.sweep.describe import resolved_config
+from rl_design_space.tracking.content import config_file, periods_file
+from rl_design_space.tracking.record import params
 from rl_design_space.tracking.store import configure_mlflow
 
 
@@ -22,6 +24,7 @@ def main() -> None:
 
     planned = compose()
     curves = rds.simulate(planned.point)
+    config = resolved_config(planned.point)
     mlflow.set_tracking_uri(f"sqlite:///{sys.argv[1]}")
     place = Path(sys.argv[1]).parent / "artifacts"
     mlflow.set_experiment(experiment_id=mlflow.create_experiment("points", artifact_location=place.as_uri()))
@@ -36,7 +39,8 @@ def main() -> None:
                 for trial, number in enumerate(curves.curves[name].tolist()):
                     mlflow.log_metric(name, number, step=trial)
             with TemporaryDirectory() as folder:
-                for file, content in (("config.yaml", config_file(planned)), ("periods.npz", periods_file(curves))):
+                files = {"config.yaml": config_file(planned.command, config), "periods.npz": periods_file(curves)}
+                for file, content in files.items():
                     (Path(folder) / file).write_bytes(content)
                     mlflow.log_artifact(str(Path(folder) / file))
     print(json.dumps({"cpu": time.process_time() - started}))

@@ -10,8 +10,8 @@ import pytest
 
 from rl_design_space import commands
 from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.content import read_periods
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
-from rl_design_space.tracking.record import read_periods
 from tests.tracking.stores import copy_database, learned, options, record, tracker_at
 
 

@@ -17,6 +17,7 @@ from time import monotonic, time_ns
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.spool import Spool
+from rl_design_space.tracking.writer import CALM, HURRY
 
 #: Seconds between two looks, the second if there is much to look at; that a tracker process gets to end what it is at;
 #: and that leaving may take when there is nothing wrong.
@@ -25,10 +26,6 @@ _GLANCE, _LONG_GLANCE, _ENDING, _LEAVING = 0.05, 0.5, 10.0, 3.0
 _QUIET = 120.0
 #: How many waiting records are much.
 _MANY = 100
-#: While others learn, learning comes first: how much lower the priority of the tracker process is. Whoever waits for so
-#: many records, which take longer than to start a process, has another one started in its place, because priorities
-#: cannot be raised.
-_NICENESS, _HURRY_FOR = 10, 50
 #: Tracker processes that may die one after the other without having delivered anything.
 _DEATHS = 3
 
@@ -72,7 +69,7 @@ class Courier:
         self._thread: Thread | None = None
         self._deaths = 0
         self._trouble = self._unusable = ""
-        self._leaving = self._hurry = self._nice = self._ready = False
+        self._leaving = self._hurry = self._hurries = False
         #: When something was delivered last, or began to wait for it.
         self._moved = monotonic()
 
@@ -155,9 +152,8 @@ class Courier:
 
     def _run(self) -> None:
         while not self._leaving and not self._unusable:
-            if self._hurry and self._nice and self._ready and len(self._waiting) >= _HURRY_FOR:
-                self._end_process()
             self._see_to_process()
+            self._set_pace()
             self._listen()
             self._look()
             with self._changed:
@@ -176,16 +172,23 @@ class Courier:
         if self._deaths > _DEATHS:
             self._trouble = f"the tracker process dies; its last words are in {self._log}"
             return
-        self._nice, self._ready = not self._hurry, False
-        niceness = str(_NICENESS if self._nice else 0)
+        self._hurries = False
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "rl_design_space.tracking.writer", str(self._spool.folder), niceness],
+                [sys.executable, "-m", "rl_design_space.tracking.writer", str(self._spool.folder)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,
             )
         os.set_blocking(self._process.stdout.fileno(), False)  # type: ignore[union-attr]
+
+    def _set_pace(self) -> None:
+        """Have the tracker process hold back while this one learns, and hurry while it waits."""
+        if self._process and self._hurries is not self._hurry:
+            self._hurries = self._hurry
+            with suppress(OSError):  # it has died
+                self._process.stdin.write(HURRY if self._hurries else CALM)  # type: ignore[union-attr]
+                self._process.stdin.flush()  # type: ignore[union-attr]
 
     def _listen(self) -> None:
         if self._process is None:
@@ -193,7 +196,6 @@ class Courier:
         for line in self._process.stdout or ():
             with suppress(ValueError):  # of half a line
                 message = json.loads(line)
-                self._ready = self._ready or message.get("trouble", "") is None
                 self._unusable = message.get("unusable", self._unusable)
                 self._trouble = message.get("trouble", self._trouble) or ""
         with self._changed:

@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space.tracking.claims import Claims
+from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.record import FINGERPRINT_TAG, INCOMPLETE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool, point_name
 from rl_design_space.tracking.store import StoreAddress, deleted_experiment, sqlite_path
@@ -84,8 +85,9 @@ class Delivery:
             )
             return
         run_id = found.info.run_id if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})
-        self._log(run_id, content["started"], content["metrics"], content["params"])
-        self._log_artifacts(run_id, record.artifacts)
+        held = content_of(record)
+        self._log(run_id, content["started"], held.metrics, content["params"])
+        self._log_artifacts(run_id, held.artifacts)
         self._claims.announce(record.key)
         self._client.set_terminated(run_id, "FINISHED")
 
@@ -98,7 +100,7 @@ class Delivery:
         found = self._found(SWEEP_TAG, record.key, self._sweeps) if again else None
         content = record.content
         run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
-        self._log_artifacts(run_id, record.artifacts)
+        self._log_artifacts(run_id, record.files)
         for experiment, views in ((self._points, content["views"]), (self._sweeps, content["sweep_views"])):
             for name, value in views.items():
                 self._client.set_experiment_tag(experiment, name, value)
@@ -108,7 +110,7 @@ class Delivery:
         found = self._found(SWEEP_TAG, record.key, self._sweeps)
         run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
         self._log(run_id, content["started"], content["metrics"], {})
-        self._log_artifacts(run_id, record.artifacts)
+        self._log_artifacts(run_id, record.files)
         self._tag(run_id, {_NOTE_TAG: content["note"]})
         self._client.set_terminated(run_id, content["status"], content["ended"])
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.cache import cached
-from rl_design_space.tracking.record import CONFIG_FILE, PERIODS_FILE, STUDY_TAG, read_periods
+from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE, read_periods
+from rl_design_space.tracking.record import STUDY_TAG
 from rl_design_space.tracking.runs import filtered, frame_of, of_study
 from rl_design_space.tracking.source import source_of
 from rl_design_space.tracking.store import StoreAddress, connect, sqlite_path

@@ -1,19 +1,20 @@
-"""What is recorded of a design point: plain values, ready for any store."""
+"""What is kept of a design point until the store has it: plain values, and the result as it was learned.
+
+Threads that learn have to share their process with whoever makes a record, so this does no more than it must; what the
+store is told is worked out by who tells it, see `content`.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
 from io import BytesIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import yaml
+from numpy.typing import NDArray
 
-from rl_design_space._arrays import FloatArray
 from rl_design_space.learning import LearningCurves
-from rl_design_space.learning.names import CURVES
 from rl_design_space.sweep.describe import resolved_config
 from rl_design_space.sweep.plan import PlannedPoint
 from rl_design_space.tracking import values
@@ -28,8 +29,8 @@ STUDY_TAG = "study."
 #: a run is not complete.
 FINGERPRINT_TAG, SPOOL_TAG = "fingerprint", "rl_design_space.spool"
 SWEEP_TAG, INCOMPLETE_TAG = "rl_design_space.sweep", "rl_design_space.incomplete"
-#: File names of a run's artifacts.
-PERIODS_FILE, CONFIG_FILE = "periods.npz", "config.yaml"
+#: The file of a record that holds the result, and the arrays in it, one after the other.
+_RESULT, _ARRAYS = "result", ("steps", "success", "optimum", "rows", "epsilon")
 
 
 def point_record(
@@ -42,7 +43,7 @@ def point_record(
     keep: Kept = "periods",
     checked: bool = True,
 ) -> Record:
-    """Everything that is told to a store about a point.
+    """All that a store will be told about a point follows from this.
 
     Args:
         planned: the point.
@@ -56,18 +57,35 @@ def point_record(
     Raises:
         ConfigError: MLflow would not take a name.
     """
-    scalars = learned.scalars(planned.point.world.shape)
+    numbers = {values.key(name): values.metric(value) for name, value in _scalars(planned, learned).items()}
     content = {
         "name": planned.name,
         "started": int((time.time() - learned.seconds) * 1000),
+        "seconds": learned.seconds,
         "tags": {**study_tags(planned.studies), **origin},
         "params": params(planned),
-        "metrics": metrics(learned, scalars, curves, every),
-        "scalars": {name: value for name, value, step in metrics(learned, scalars, (), every) if name in scalars},
+        "command": planned.command,
+        "config": resolved_config(planned.point),
+        "scalars": {name: number for name, number in numbers.items() if number is not None},
+        "curves": list(curves),
+        "every": every,
+        "keep": keep,
         "checked": checked,
     }
-    artifacts = {CONFIG_FILE: config_file(planned), PERIODS_FILE: periods_file(learned, keep)}
-    return Record(POINT, planned.fingerprint, content, artifacts)
+    return Record(POINT, planned.fingerprint, content, {_RESULT: _packed(learned)})
+
+
+def result_of(record: Record) -> LearningCurves:
+    """The result in a point's record."""
+    buffer = BytesIO(record.files[_RESULT])
+    arrays: dict[str, Any] = {name: np.load(buffer) for name in _ARRAYS}
+    arrays["steps"] = arrays["steps"].astype(np.int32)
+    return LearningCurves(**arrays, seconds=record.content["seconds"])
+
+
+def narrow(steps: NDArray[np.int32]) -> NDArray[np.unsignedinteger[Any]]:
+    """Steps as uint16 where they fit, which halves a file, else as uint32."""
+    return steps.astype(np.uint16 if steps.max() <= np.iinfo(np.uint16).max else np.uint32)
 
 
 def study_tags(studies: Iterable[str]) -> dict[str, str]:
@@ -84,49 +102,13 @@ def params(planned: PlannedPoint) -> dict[str, str]:
     return {values.key(name): values.param(value) for name, value in planned.parameters.items()}
 
 
-def metrics(
-    learned: LearningCurves, scalars: dict[str, float], on_demand: Iterable[str], every: int = 1
-) -> list[tuple[str, float, int]]:
-    """Scalars at step 0 and learning curves at step = trial, as (name, value, step); only finite values.
-
-    Of a curve, every so many trials are taken, and the last one.
-    """
-    found = learned.curves
-    points = [(values.key(name), value, 0) for name, value in scalars.items()]
-    for name in dict.fromkeys((*CURVES, *on_demand)):
-        curve = found[values.key(name)].tolist()
-        trials = sorted({*range(0, len(curve), every), len(curve) - 1})
-        points += [(name, curve[trial], trial) for trial in trials]
-    numbers = [(name, values.metric(value), step) for name, value, step in points]
-    return [(name, number, step) for name, number, step in numbers if number is not None]
+def _scalars(planned: PlannedPoint, learned: LearningCurves) -> dict[str, float]:
+    return learned.scalars(planned.point.world.shape)
 
 
-def config_file(planned: PlannedPoint) -> bytes:
-    """The resolved config, every value written out, under the command that runs the point."""
-    text = yaml.safe_dump(resolved_config(planned.point), sort_keys=False, allow_unicode=True)
-    return f"# {planned.command}\n{text}".encode()
-
-
-def periods_file(learned: LearningCurves, keep: Kept = "periods") -> bytes:
-    """The steps of every trial of every period, and all curves; or the curves alone.
-
-    The steps are uint16 where the step cap fits, which halves the file; `success` tells a trial that ended
-    at the cap from one that was cut there.
-    """
-    width: type[np.unsignedinteger[Any]] = np.uint16 if learned.steps.max() <= np.iinfo(np.uint16).max else np.uint32
-    periods: dict[str, Any] = {
-        "steps": learned.steps.astype(width),
-        "success": learned.success,
-        "optimum": learned.optimum,
-        "rows": learned.rows,
-    }
-    curves: dict[str, Any] = {f"curve:{name}": curve for name, curve in learned.curves.items()}
+def _packed(learned: LearningCurves) -> bytes:
     buffer = BytesIO()
-    np.savez(buffer, **(periods if keep == "periods" else {}), **curves)
+    for name in _ARRAYS:
+        array = getattr(learned, name)
+        np.save(buffer, narrow(array) if name == "steps" else array)
     return buffer.getvalue()
-
-
-def read_periods(path: Path) -> dict[str, FloatArray]:
-    """The arrays of a `PERIODS_FILE`, by name."""
-    with np.load(path) as archive:
-        return {name.replace("curve:", ""): archive[name] for name in archive.files}

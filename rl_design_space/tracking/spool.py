@@ -7,11 +7,9 @@ import json
 import os
 import platform
 import time
-import zipfile
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +20,7 @@ from rl_design_space.tracking.store import StoreAddress
 #: Kinds of records, in the order in which they have to be delivered: a sweep begins, its points come, stored points
 #: join studies, a sweep ends, what dead processes have left is closed.
 OPEN, POINT, STUDIES, CLOSE, TIDY = KINDS = ("open", "point", "studies", "close", "tidy")
-_RECORD, _HEADER, _ARTIFACTS, _STORE = ".record", "record.json", "artifacts/", "store.json"
+_RECORD, _STORE = ".record", "store.json"
 #: Seconds after which a file that somebody has begun to write is taken for left behind.
 _ABANDONED = 3600
 
@@ -39,13 +37,13 @@ class Record:
         kind: one of `KINDS`.
         key: fingerprint of the point, or id of the sweep.
         content: plain values, see who delivers them.
-        artifacts: files by name.
+        files: by name.
     """
 
     kind: str
     key: str
     content: Mapping[str, Any]
-    artifacts: Mapping[str, bytes] = field(default_factory=dict)
+    files: Mapping[str, bytes] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -112,13 +110,7 @@ class Spool:
         Raises:
             OSError: it could not be written; nothing is left of it.
         """
-        buffer = BytesIO()
-        with zipfile.ZipFile(buffer, "w") as archive:
-            header = {"kind": record.kind, "key": record.key, "content": record.content}
-            archive.writestr(_HEADER, json.dumps(header, allow_nan=False))
-            for name, content in record.artifacts.items():
-                archive.writestr(_ARTIFACTS + name, content)
-        content = buffer.getvalue()
+        content = _packed(record)
         self._write(record.name, _digest(content) + content)
 
     def read(self, name: str) -> Record:
@@ -132,15 +124,8 @@ class Spool:
         if digest != _digest(content):
             raise DamagedRecordError("is not what was written")
         try:
-            with zipfile.ZipFile(BytesIO(content)) as archive:
-                header = json.loads(archive.read(_HEADER))
-                artifacts = {
-                    member.removeprefix(_ARTIFACTS): archive.read(member)
-                    for member in archive.namelist()
-                    if member.startswith(_ARTIFACTS)
-                }
-            record = Record(header["kind"], header["key"], header["content"], artifacts)
-        except (KeyError, ValueError, zipfile.BadZipFile) as error:
+            record = _unpacked(content)
+        except (KeyError, ValueError) as error:
             raise DamagedRecordError(f"cannot be read: {error}") from error
         if record.name != name:
             raise DamagedRecordError(f"holds {record.name}")
@@ -206,6 +191,22 @@ def key_of(name: str) -> str:
 def is_summary(name: str) -> bool:
     """Whether a record says that a sweep begins or ends."""
     return any(name.startswith(Record(kind, "", {}).name.removesuffix(_RECORD)) for kind in (OPEN, CLOSE))
+
+
+def _packed(record: Record) -> bytes:
+    """A line of JSON, and the files, one after the other."""
+    header = {"kind": record.kind, "key": record.key, "content": record.content}
+    sizes = {name: len(content) for name, content in record.files.items()}
+    line = json.dumps({**header, "files": sizes}, allow_nan=False)
+    return b"".join((line.encode(), b"\n", *record.files.values()))
+
+
+def _unpacked(packed: bytes) -> Record:
+    line, _, rest = packed.partition(b"\n")
+    header, files, end = json.loads(line), {}, 0
+    for name, size in header["files"].items():
+        files[name] = rest[end : (end := end + size)]
+    return Record(header["kind"], header["key"], header["content"], files)
 
 
 def _digest(content: bytes) -> bytes:

@@ -9,6 +9,7 @@ import sys
 import time
 from collections import Counter, deque
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from threading import Event, Thread
@@ -22,11 +23,16 @@ from rl_design_space.tracking.source import source_of
 from rl_design_space.tracking.spool import DamagedRecordError, Spool, is_summary, key_of
 from rl_design_space.tracking.store import StoreUnavailableError, connect, denial, passes, reason
 
+#: Lines that a tracker process is told: nobody learns, so it need not hold back; or somebody does.
+HURRY, CALM = b"hurry\n", b"calm\n"
 #: Seconds between two looks into an empty spool, and between two attempts at a store that cannot be used: at first,
 #: and at most.
 _GLANCE, _FIRST_PAUSE, _LONGEST_PAUSE = 0.05, 0.5, 8.0
 #: Times that a store may refuse a record; the second time it is looked at anew.
 _REFUSALS = 2
+#: How much lower the priority is while others learn: as low as it gets. Where all cores learn, what is left over, and
+#: a seventieth of one core, has to do.
+_NICENESS = 19
 
 
 class Writer:
@@ -36,12 +42,10 @@ class Writer:
         spool: where they are.
         tell: is told what is wrong with the store, or None when it can be used, or can be again.
         ended: whether to end; what is being delivered is ended first.
-        niceness: how much lower the priority of this process is to be once it is ready.
     """
 
-    def __init__(self, spool: Spool, tell: Callable[[str | None], None], ended: Event, niceness: int = 0) -> None:
+    def __init__(self, spool: Spool, tell: Callable[[str | None], None], ended: Event) -> None:
         self._spool = spool
-        self._niceness = niceness
         self._tell = tell
         self._ended = ended
         self._failures: Counter[str] = Counter()
@@ -51,18 +55,24 @@ class Writer:
         #: Records that the store may have part of, or all.
         self._begun: set[str] = set()
 
-    def run(self) -> None:
-        """Deliver records as they come.
+    def run_until(self, stopped: Callable[[], bool]) -> None:
+        """Deliver records as they come, until told to stop or to end.
 
         Raises:
             ConfigError: the store is of no use.
         """
-        while not self._ended.is_set():
+        while not (stopped() or self._ended.is_set()):
             if not self._deliver_next():
                 self._ended.wait(_GLANCE)
             elif self._pause:
                 self._ended.wait(self._pause)
-        # How the sweep went is told before leaving, whatever else waits.
+
+    def leave(self) -> None:
+        """Tell how the sweep went before ending, whatever else waits.
+
+        Raises:
+            ConfigError: the store is of no use.
+        """
         if self._delivery and not self._pause:
             for name in self._spool.waiting():
                 if is_summary(name):
@@ -145,7 +155,6 @@ class Writer:
             self._spool.sweep_up()
             self._delivery = delivery
             self._tell(None)
-            os.nice(self._niceness)
             self._fine()
         return self._delivery
 
@@ -194,23 +203,23 @@ def deliver_all(spool: Spool, patience: float) -> str:
 
 
 def main() -> None:
-    """Deliver the spool that is named on the command line, at a niceness that follows, until standard input ends.
+    """Deliver the spool that is named on the command line until standard input ends.
 
-    What is told goes to standard output, a line of JSON each: `{"trouble": "…"}`, or null when it is over, and
-    `{"unusable": "…"}` before giving up.
+    Lines of it say at what pace, see `HURRY` and `CALM`; at first it is calm. What is told goes to standard output, a
+    line of JSON each: `{"trouble": "…"}`, or null when it is over, and `{"unusable": "…"}` before giving up.
     """
     # Signals are meant for the process that started this one, which ends it by closing its input.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    ended = Event()
-    for watch in (_watch_input, _watch_parent):
-        Thread(target=watch, args=(ended,), daemon=True).start()
-    spool, niceness = Spool(Path(sys.argv[1])), int(sys.argv[2])
+    ended, hurried = Event(), Event()
+    Thread(target=_watch_input, args=(ended, hurried), daemon=True).start()
+    Thread(target=_watch_parent, args=(ended,), daemon=True).start()
+    spool = Spool(Path(sys.argv[1]))
     while not ended.is_set():
         try:
             # Whoever delivers now delivers for all; to wait for it costs nothing, for nothing is imported yet.
             with spool.lock.acquire(timeout=1):
-                Writer(spool, lambda trouble: _say(trouble=trouble), ended, niceness).run()
+                _deliver(Writer(spool, lambda trouble: _say(trouble=trouble), ended), ended, hurried)
         except Timeout:
             continue
         except ConfigError as error:
@@ -218,8 +227,26 @@ def main() -> None:
             return
 
 
-def _watch_input(ended: Event) -> None:
-    sys.stdin.buffer.read()
+def _deliver(writer: Writer, ended: Event, hurried: Event) -> None:
+    """Deliver at one priority or the other. One that was lowered cannot be raised, so two threads take turns."""
+    with ThreadPoolExecutor(1, initializer=_lower_priority) as calm:
+        while not ended.is_set():
+            calm.submit(writer.run_until, hurried.is_set).result()
+            writer.run_until(lambda: not hurried.is_set())
+    writer.leave()
+
+
+def _lower_priority() -> None:
+    if sys.platform == "linux":  # elsewhere it is the priority of all threads
+        os.nice(_NICENESS)
+
+
+def _watch_input(ended: Event, hurried: Event) -> None:
+    for line in sys.stdin.buffer:
+        if line == HURRY:
+            hurried.set()
+        elif line == CALM:
+            hurried.clear()
     ended.set()
 
 

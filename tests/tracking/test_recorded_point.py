@@ -23,7 +23,7 @@ from rl_design_space.learning.curves import FINAL_TRIALS
 from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
 from rl_design_space.sweep.compose import compose
 from rl_design_space.sweep.plan import PlannedPoint
-from rl_design_space.tracking import record
+from rl_design_space.tracking import content
 from rl_design_space.tracking.tracker import StoredRun
 from tests.tracking.stores import learned, tracker_at
 from tests.tracking.stores import record as record_point
@@ -164,7 +164,7 @@ def test_the_artifact_holds_every_trial_of_every_period(recorded: Recorded):
 
 
 def test_the_artifact_holds_every_curve(recorded: Recorded):
-    arrays = record.read_periods(recorded.artifact("periods.npz"))
+    arrays = content.read_periods(recorded.artifact("periods.npz"))
     assert set(arrays) == {"steps", "success", "optimum", "rows", *CURVES, *CURVES_ON_DEMAND}
     for name, curve in recorded.curves.curves.items():
         np.testing.assert_array_equal(arrays[name], curve)
@@ -193,11 +193,11 @@ def test_steps_beyond_sixteen_bits_are_kept(tmp_path: Path):
     steps = np.array([[70_000, 2**31 - 2]], dtype=np.int32)
     ones = np.ones((1, 2), np.int32)
     curves = LearningCurves(steps, np.array([[True, False]]), ones[0, :1], ones, np.array([0.1, 0.1]), 1.0)
-    (tmp_path / "periods.npz").write_bytes(record.periods_file(curves))
-    np.testing.assert_array_equal(record.read_periods(tmp_path / "periods.npz")["steps"], steps)
+    (tmp_path / "periods.npz").write_bytes(content.periods_file(curves))
+    np.testing.assert_array_equal(content.read_periods(tmp_path / "periods.npz")["steps"], steps)
 
 
 def test_values_that_are_not_finite_are_no_metrics():
     _, curves = learned()
-    points = record.metrics(curves, {"good": 1.0, "bad": math.nan, "worse": math.inf}, ())
+    points = content.metrics(curves, {"good": 1.0, "bad": math.nan, "worse": math.inf}, ())
     assert [name for name, _, step in points if name in ("good", "bad", "worse")] == ["good"]
