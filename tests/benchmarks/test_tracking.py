@@ -8,25 +8,25 @@ import pytest
 
 from benchmarks import tracking
 
-CASE = f"{tracking.OURS}, 1 of 1 cores learn"
+CASE = f"{tracking.OURS}, defaults, 1 of 1 cores learn"
 
 
 def test_a_round_records_and_learns_in_every_way(monkeypatch: pytest.MonkeyPatch):
-    for name, points in (("_FEW", 1), ("_MANY", 3), ("_NAIVE", 1)):
-        monkeypatch.setattr(tracking, name, points)
+    monkeypatch.setattr(tracking, "_NAIVE", 1)
+    monkeypatch.setattr(tracking, "WORK", {"defaults": tracking.Work((), points=1, few=1, many=3)})
     monkeypatch.setattr(tracking, "available_threads", lambda: 1)
     calls = tracking.measure(rounds=1, report=lambda _: None).set_index("case")
     assert list(calls.index) == [CASE, tracking.NAIVE]
-    assert calls.loc[CASE, "slowed"] > 0
+    assert (calls.loc[CASE, ["slowed", "learn_ms"]] > 0).all()
     assert calls.loc[tracking.NAIVE, "cpu_ms"] > 0
 
 
 def test_the_naive_way_is_compared_with_ours_within_a_round():
     calls = pd.DataFrame(
         [
-            {"case": CASE, "round": 0, "cpu_ms": 40.0, "slowed": 1.01},
+            {"case": CASE, "round": 0, "cpu_ms": 40.0, "slowed": 1.01, "learn_ms": 17.0},
             {"case": tracking.NAIVE, "round": 0, "cpu_ms": 800.0, "slowed": np.nan},
-            {"case": CASE, "round": 1, "cpu_ms": 60.0, "slowed": 1.03},
+            {"case": CASE, "round": 1, "cpu_ms": 60.0, "slowed": 1.03, "learn_ms": 17.0},
             {"case": tracking.NAIVE, "round": 1, "cpu_ms": 1800.0, "slowed": np.nan},
         ]
     )
