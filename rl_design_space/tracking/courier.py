@@ -16,14 +16,15 @@ from threading import Condition, Thread
 from time import monotonic, time_ns
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.process import CALM, HURRY
 from rl_design_space.tracking.spool import Spool
-from rl_design_space.tracking.writer import CALM, HURRY
 
 #: Seconds between two looks, the second if there is much to look at; that a tracker process gets to end what it is at;
 #: and that leaving may take when there is nothing wrong.
 _GLANCE, _LONG_GLANCE, _ENDING, _LEAVING = 0.05, 0.5, 10.0, 3.0
-#: Seconds without any delivery after which something must be wrong: to create a database takes 20 on a slow machine.
-_QUIET = 120.0
+#: Seconds without any delivery after which something must be wrong: to create a database takes 3 of CPU time, of which
+#: the lowest priority gets a seventieth where others want all cores.
+_QUIET = 300.0
 #: How many waiting records are much.
 _MANY = 100
 #: Tracker processes that may die one after the other without having delivered anything.
@@ -175,7 +176,7 @@ class Courier:
         self._hurries = False
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "rl_design_space.tracking.writer", str(self._spool.folder)],
+                [sys.executable, "-m", "rl_design_space.tracking.process", str(self._spool.folder)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,

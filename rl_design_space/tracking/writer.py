@@ -1,18 +1,12 @@
-"""The tracker process: it delivers what is in a spool, for as long as the process that started it lives."""
+"""Delivers what is in a spool: tries again what may pass, sets aside what does not."""
 
 from __future__ import annotations
 
-import json
-import os
-import signal
-import sys
 import time
 from collections import Counter, deque
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from pathlib import Path
-from threading import Event, Thread
+from threading import Event
 
 from filelock import Timeout
 
@@ -23,16 +17,11 @@ from rl_design_space.tracking.source import source_of
 from rl_design_space.tracking.spool import DamagedRecordError, Spool, is_summary, key_of
 from rl_design_space.tracking.store import StoreUnavailableError, connect, denial, passes, reason
 
-#: Lines that a tracker process is told: nobody learns, so it need not hold back; or somebody does.
-HURRY, CALM = b"hurry\n", b"calm\n"
 #: Seconds between two looks into an empty spool, and between two attempts at a store that cannot be used: at first,
 #: and at most.
 _GLANCE, _FIRST_PAUSE, _LONGEST_PAUSE = 0.05, 0.5, 8.0
 #: Times that a store may refuse a record; the second time it is looked at anew.
 _REFUSALS = 2
-#: How much lower the priority is while others learn: as low as it gets. Where all cores learn, what is left over, and
-#: a seventieth of one core, has to do.
-_NICENESS = 19
 
 
 class Writer:
@@ -200,74 +189,3 @@ def deliver_all(spool: Spool, patience: float) -> str:
     except Timeout:
         return "another process is at it"
     return trouble
-
-
-def main() -> None:
-    """Deliver the spool that is named on the command line until standard input ends.
-
-    Lines of it say at what pace, see `HURRY` and `CALM`; at first it is calm. What is told goes to standard output, a
-    line of JSON each: `{"trouble": "…"}`, or null when it is over, and `{"unusable": "…"}` before giving up.
-    """
-    # Signals are meant for the process that started this one, which ends it by closing its input.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    ended, hurried = Event(), Event()
-    Thread(target=_watch_input, args=(ended, hurried), daemon=True).start()
-    Thread(target=_watch_parent, args=(ended,), daemon=True).start()
-    spool = Spool(Path(sys.argv[1]))
-    while not ended.is_set():
-        try:
-            # Whoever delivers now delivers for all; to wait for it costs nothing, for nothing is imported yet.
-            with spool.lock.acquire(timeout=1):
-                _deliver(Writer(spool, lambda trouble: _say(trouble=trouble), ended), ended, hurried)
-        except Timeout:
-            continue
-        except ConfigError as error:
-            _say(unusable=str(error))
-            return
-
-
-def _deliver(writer: Writer, ended: Event, hurried: Event) -> None:
-    """Deliver at one priority or the other. One that was lowered cannot be raised, so two threads take turns."""
-    with ThreadPoolExecutor(1, initializer=_lower_priority) as calm:
-        while not ended.is_set():
-            calm.submit(writer.run_until, hurried.is_set).result()
-            writer.run_until(lambda: not hurried.is_set())
-    writer.leave()
-
-
-def _lower_priority() -> None:
-    if sys.platform == "linux":  # elsewhere it is the priority of all threads
-        os.nice(_NICENESS)
-
-
-def _watch_input(ended: Event, hurried: Event) -> None:
-    for line in sys.stdin.buffer:
-        if line == HURRY:
-            hurried.set()
-        elif line == CALM:
-            hurried.clear()
-    ended.set()
-
-
-def _watch_parent(ended: Event) -> None:
-    """The input may outlive the process that started this one: others can have inherited its other end."""
-    parent = os.getppid()
-    while not ended.wait(1):
-        if os.getppid() != parent:
-            ended.set()
-
-
-def _say(**message: str | None) -> None:
-    try:
-        print(json.dumps(message), flush=True)
-    except BrokenPipeError:
-        # Nobody listens any more; what is left to do is in the spool. The descriptor stays in use: SQLite would get a
-        # free one for the database and close it again, being a standard one, by which the process loses all its locks.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-if __name__ == "__main__":
-    main()
-    # All is on disk, in the store, or told. To take MLflow's modules apart takes half a second that somebody waits for.
-    os._exit(0)

@@ -14,7 +14,7 @@ from tests.commands import SCRIPTS, environment
 SABOTAGE = """
 import os, signal, sys
 
-if "rl_design_space.tracking.writer" in sys.orig_argv:
+if "rl_design_space.tracking.process" in sys.orig_argv:
     from mlflow import MlflowClient
 
     folder, whom = os.environ["FAULTS"], os.environ["FAULT_KILLS"]

@@ -1,0 +1,76 @@
+"""A point's record holds all that its run will."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+
+from rl_design_space.learning import LearningCurves
+from rl_design_space.tracking.content import content_of, metrics
+from rl_design_space.tracking.record import point_record, result_of
+from rl_design_space.tracking.spool import DamagedRecordError, Record, Spool, _digest
+from rl_design_space.tracking.store import StoreAddress
+from tests.tracking.stores import learned
+
+PLANNED, CURVES = learned()
+ON_DEMAND = ("steps/q10", "steps/q90", "steps/over_optimum", "epsilon")
+#: Around what fits into 16 bits, and the largest step cap.
+STEPS = st.integers(1, 9) | st.sampled_from([65_535, 65_536, 2**31 - 1])
+
+
+@st.composite
+def results(draw: st.DrawFn) -> LearningCurves:
+    shape = draw(array_shapes(min_dims=2, max_dims=2, max_side=6))
+    periods, trials = shape
+    return LearningCurves(
+        steps=draw(arrays(np.int32, shape, elements=STEPS)),
+        success=draw(arrays(np.bool_, shape)),
+        optimum=draw(arrays(np.int32, periods, elements=st.integers(1, 9))),
+        rows=draw(arrays(np.int32, (periods, 2), elements=st.integers(0, 99))),
+        epsilon=draw(arrays(np.float64, trials, elements=st.floats(0, 1))),
+        seconds=draw(st.floats(1e-3, 1e6)),
+    )
+
+
+@pytest.fixture(scope="module")
+def spool(tmp_path_factory: pytest.TempPathFactory) -> Spool:
+    return Spool.of(tmp_path_factory.mktemp("spool"), StoreAddress("sqlite:////srv/mlflow.db", "points", "sweeps"))
+
+
+def through(spool: Spool, record: Record) -> Record:
+    """A record, written and read."""
+    spool.write(record)
+    return spool.read(record.name)
+
+
+@settings(deadline=None)
+@given(result=results())
+def test_a_result_comes_back_bit_by_bit(spool: Spool, result: LearningCurves):
+    back = result_of(through(spool, point_record(PLANNED, result, {})))
+    assert back.seconds == result.seconds
+    for name in ("steps", "success", "optimum", "rows", "epsilon"):
+        one, other = getattr(back, name), getattr(result, name)
+        assert one.dtype == other.dtype
+        np.testing.assert_array_equal(one, other)
+
+
+@settings(deadline=None)
+@given(result=results(), every=st.integers(1, 4))
+def test_a_run_gets_the_metrics_of_the_result(spool: Spool, result: LearningCurves, every: int):
+    record = through(spool, point_record(PLANNED, result, {}, curves=ON_DEMAND, every=every))
+    scalars = result.scalars(PLANNED.point.world.shape)
+    assert content_of(record).metrics == metrics(result, scalars, ON_DEMAND, every)
+
+
+def test_what_another_version_has_written_is_damage(tmp_path: Path):
+    other = Spool(tmp_path)
+    record = point_record(PLANNED, CURVES, {})
+    content = b"PK\x03\x04 an archive"
+    (tmp_path / record.name).write_bytes(_digest(content) + content)
+    with pytest.raises(DamagedRecordError, match="cannot be read"):
+        other.read(record.name)
