@@ -22,9 +22,11 @@ from rl_design_space.tracking.spool import Spool
 #: Seconds between two looks, the second if there is much to look at; that a tracker process gets to end what it is at;
 #: and that leaving may take when there is nothing wrong.
 _GLANCE, _LONG_GLANCE, _ENDING, _LEAVING = 0.05, 0.5, 10.0, 3.0
-#: Seconds without any delivery after which something must be wrong: to create a database takes 3 of CPU time, of which
-#: the lowest priority gets a seventieth where others want all cores.
-_QUIET = 300.0
+#: Seconds without any delivery after which something must be wrong: to create a database takes 20 on a slow machine.
+_QUIET = 120.0
+#: Seconds in which a tracker process that is waited for should have opened its store. Where others want all cores, the
+#: lowest priority would take it minutes, and cannot be raised: then it is replaced by one that never held back.
+_OPENING = 5.0
 #: How many waiting records are much.
 _MANY = 100
 #: Tracker processes that may die one after the other without having delivered anything.
@@ -70,7 +72,11 @@ class Courier:
         self._thread: Thread | None = None
         self._deaths = 0
         self._trouble = self._unusable = ""
-        self._leaving = self._hurry = self._hurries = False
+        self._leaving = self._hurry = False
+        #: Of the tracker process: its first pace and that of now, since when, and whether its store is open.
+        self._first = self._pace = CALM
+        self._since = monotonic()
+        self._open = False
         #: When something was delivered last, or began to wait for it.
         self._moved = monotonic()
 
@@ -153,8 +159,8 @@ class Courier:
 
     def _run(self) -> None:
         while not self._leaving and not self._unusable:
-            self._see_to_process()
             self._set_pace()
+            self._see_to_process()
             self._listen()
             self._look()
             with self._changed:
@@ -173,10 +179,11 @@ class Courier:
         if self._deaths > _DEATHS:
             self._trouble = f"the tracker process dies; its last words are in {self._log}"
             return
-        self._hurries = False
+        self._first = self._pace = HURRY if self._hurry else CALM
+        self._open = False
         with self._log.open("ab") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "rl_design_space.tracking.process", str(self._spool.folder)],
+                [sys.executable, "-m", "rl_design_space.tracking.process", str(self._spool.folder), self._pace],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,
@@ -184,12 +191,16 @@ class Courier:
         os.set_blocking(self._process.stdout.fileno(), False)  # type: ignore[union-attr]
 
     def _set_pace(self) -> None:
-        """Have the tracker process hold back while this one learns, and hurry while it waits."""
-        if self._process and self._hurries is not self._hurry:
-            self._hurries = self._hurry
+        """Have the tracker process hold back while this one learns, and hurry while it is waited for."""
+        pace = HURRY if self._hurry else CALM
+        if self._process and self._pace != pace:
+            self._pace, self._since = pace, monotonic()
             with suppress(OSError):  # it has died
-                self._process.stdin.write(HURRY if self._hurries else CALM)  # type: ignore[union-attr]
+                self._process.stdin.write(f"{pace}\n".encode())  # type: ignore[union-attr]
                 self._process.stdin.flush()  # type: ignore[union-attr]
+        opening = self._first == CALM and not (self._open or self._trouble)
+        if pace == HURRY and opening and monotonic() - self._since > _OPENING:
+            self._end_process(grace=0)
 
     def _listen(self) -> None:
         if self._process is None:
@@ -198,6 +209,7 @@ class Courier:
             with suppress(ValueError):  # of half a line
                 message = json.loads(line)
                 self._unusable = message.get("unusable", self._unusable)
+                self._open = self._open or message.get("trouble", "") is None
                 self._trouble = message.get("trouble", self._trouble) or ""
         with self._changed:
             self._changed.notify_all()
@@ -218,13 +230,13 @@ class Courier:
         for waiting in gone.values():
             waiting.done()
 
-    def _end_process(self) -> None:
+    def _end_process(self, grace: float = _ENDING) -> None:
         if self._process is None:
             return
         with suppress(OSError):
             self._process.stdin.close()  # type: ignore[union-attr]
         try:
-            self._process.wait(_ENDING)
+            self._process.wait(grace)
         except subprocess.TimeoutExpired:
             # It is held up by the store. What it has begun is gone on with the next time.
             self._process.kill()

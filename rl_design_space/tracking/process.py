@@ -16,8 +16,8 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.spool import Spool
 from rl_design_space.tracking.writer import Writer
 
-#: Lines that a tracker process is told: nobody learns, so it need not hold back; or somebody does.
-HURRY, CALM = b"hurry\n", b"calm\n"
+#: What a tracker process is told: nobody learns, so it need not hold back; or somebody does.
+HURRY, CALM = "hurry", "calm"
 #: How much lower the priority is while others learn: as low as it gets. Where all cores learn, what is left over, and
 #: a seventieth of one core, has to do.
 _NICENESS = 19
@@ -26,13 +26,16 @@ _NICENESS = 19
 def main() -> None:
     """Deliver the spool that is named on the command line until standard input ends.
 
-    Lines of it say at what pace, see `HURRY` and `CALM`; at first it is calm. What is told goes to standard output, a
-    line of JSON each: `{"trouble": "…"}`, or null when it is over, and `{"unusable": "…"}` before giving up.
+    The pace follows, `HURRY` or `CALM`; lines of the input say when it changes. What is told goes to standard output, a
+    line of JSON each: `{"trouble": "…"}`, or null when the store is open and all is well, and `{"unusable": "…"}`
+    before giving up.
     """
     # Signals are meant for the process that started this one, which ends it by closing its input.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     ended, hurried = Event(), Event()
+    if sys.argv[2] == HURRY:
+        hurried.set()
     Thread(target=_watch_input, args=(ended, hurried), daemon=True).start()
     Thread(target=_watch_parent, args=(ended,), daemon=True).start()
     spool = Spool(Path(sys.argv[1]))
@@ -63,10 +66,10 @@ def _lower_priority() -> None:
 
 
 def _watch_input(ended: Event, hurried: Event) -> None:
-    for line in sys.stdin.buffer:
-        if line == HURRY:
+    for line in sys.stdin:
+        if line.strip() == HURRY:
             hurried.set()
-        elif line == CALM:
+        elif line.strip() == CALM:
             hurried.clear()
     ended.set()
 

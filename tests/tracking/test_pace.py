@@ -53,15 +53,45 @@ def test_work_is_done_at_the_lowest_priority_but_in_a_hurry():
     assert os.getpriority(os.PRIO_PROCESS, 0) == mine
 
 
-def test_the_tracker_process_is_told_whether_anybody_waits_for_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    heard, start = tmp_path / "heard", subprocess.Popen
-    listener = [sys.executable, "-c", f"import sys; open({str(heard)!r}, 'wb').write(sys.stdin.buffer.read())"]
-    monkeypatch.setattr(subprocess, "Popen", lambda command, **streams: start(listener, **streams))
-    for name in ("_QUIET", "_LEAVING"):
-        monkeypatch.setattr(courier, name, 0.5)
+class Started:
+    """Stands for tracker processes: says what is given, listens until its input ends, and delivers nothing."""
+
+    def __init__(self, heard: Path, says: str) -> None:
+        self.paces: list[str] = []
+        self._code = (
+            f"import sys; print({says!r}, flush=True); open({str(heard)!r}, 'ab').write(sys.stdin.buffer.read())"
+        )
+        self._start = subprocess.Popen
+
+    def __call__(self, command: list[str], **streams: object) -> subprocess.Popen[bytes]:
+        self.paces.append(command[-1])
+        return self._start([sys.executable, "-c", self._code], **streams)
+
+
+@pytest.mark.parametrize(
+    ("says", "paces", "told"),
+    [
+        ('{"trouble": null}', ["calm"], "hurry\ncalm\n"),
+        ('{"trouble": "the disk is full"}', ["calm"], "hurry\ncalm\n"),
+        ("", ["calm", "hurry"], "calm\n"),
+    ],
+    ids=["an open store", "trouble", "a store that is not opened, so another process is started"],
+)
+def test_a_tracker_process_is_told_whether_it_is_waited_for(
+    says: str, paces: list[str], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    started = Started(tmp_path / "heard", says)
+    monkeypatch.setattr(subprocess, "Popen", started)
+    for name, seconds in (("_QUIET", 2), ("_LEAVING", 1), ("_OPENING", 0.5)):
+        monkeypatch.setattr(courier, name, seconds)
     spool = Spool.of(tmp_path, StoreAddress("sqlite:////srv/mlflow.db", "points", "sweeps"))
     spool.write(Record(STUDIES, "0", {}))
     one = Courier(spool)
-    assert one.settle(patience=0.5).awaiting == 1
+    one.wake()
+    while not started.paces:
+        sleep(0.001)
+    assert one.settle(patience=2).awaiting == 1
+    sleep(0.2)
     one.leave()
-    assert heard.read_bytes() == process.HURRY + process.CALM
+    assert started.paces == paces
+    assert (tmp_path / "heard").read_text().endswith(told)

@@ -36,7 +36,7 @@ def spool(empty_database: Path, tmp_path: Path) -> Spool:
 
 
 def test_nothing_is_lost_that_others_read_meanwhile_when_the_sweep_has_died(spool: Spool, tmp_path: Path):
-    command = [sys.executable, "-m", "rl_design_space.tracking.process", str(spool.folder)]
+    command = [sys.executable, "-m", "rl_design_space.tracking.process", str(spool.folder), "hurry"]
     process = subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=tmp_path, env=environment(tmp_path)
     )
