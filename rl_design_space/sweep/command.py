@@ -69,7 +69,7 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
     """
     from rl_design_space import cli
     from rl_design_space.progress import Display
-    from rl_design_space.terminal import console, failure_table
+    from rl_design_space.terminal import awaiting_line, console, failure_table
 
     cli.jobs += len(job_overrides)
     settings = build_settings(config)
@@ -88,6 +88,10 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
         )
     if outcome.failed:
         console.print(failure_table(plan, outcome.failed))
+    # The records of earlier jobs are awaited as well.
+    cli.unsettled = bool(outcome.settled.awaiting)
+    if cli.unsettled:
+        console.print(awaiting_line(outcome.settled, tracker), markup=False, soft_wrap=True)
     for fingerprint, run in outcome.stored.items():
         objectives.values.setdefault(fingerprint, objective_value(settings.objective, run.scalars))
     return [_job_return(planned, objectives.values, outcome) for planned in jobs]

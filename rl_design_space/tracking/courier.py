@@ -195,7 +195,7 @@ class Courier:
         pace = HURRY if self._hurry else CALM
         if self._process and self._pace != pace:
             self._pace, self._since = pace, monotonic()
-            with suppress(OSError):  # it has died
+            with suppress(OSError, ValueError):  # it has died
                 self._process.stdin.write(f"{pace}\n".encode())  # type: ignore[union-attr]
                 self._process.stdin.flush()  # type: ignore[union-attr]
         opening = self._first == CALM and not (self._open or self._trouble)
@@ -216,9 +216,16 @@ class Courier:
 
     def _look(self) -> None:
         """Notice what has been delivered, by whomever."""
+        with self._changed:
+            known = dict(self._waiting)
         there = set(self._spool.waiting())
         with self._changed:
-            gone = {name: waiting for name, waiting in self._waiting.items() if name not in there}
+            # What is written while the folder is read may be missing from its list.
+            gone = {
+                name: waiting
+                for name, waiting in known.items()
+                if name not in there and self._waiting.get(name) is waiting
+            }
             for name, waiting in gone.items():
                 del self._waiting[name]
                 if why := self._spool.why_aside(name, waiting.since):
