@@ -55,6 +55,7 @@ COMMANDS = {
     "total_steps": TUNING,
     "final_steps_over_optimum": (*TUNING, "objective=final_steps_over_optimum"),
     "unknown objective": (*TUNING, "objective=final_step"),
+    "away": (*TUNING, "tracking=server", "tracking.uri=http://127.0.0.1:9", "tracking.patience=1"),
     "failing": (*FAILING, "world.size=4,5,6"),
 }
 
@@ -166,6 +167,13 @@ def test_an_unknown_objective_is_refused(done: Callable[[str], Done]):
     (line,) = [line for line in refused.stderr.splitlines() if line.startswith("error: ")]
     assert line.startswith("error: objective=final_step: should be among total_steps, ")
     assert refused.stderr.endswith(f"{line}\n")
+
+
+def test_a_search_says_what_its_store_does_not_have_yet(done: Callable[[str], Done]):
+    away = done("away").completed
+    assert away.returncode == 1
+    assert "4 results of this and earlier commands safe on disk, not yet in http://127.0.0.1:9" in away.stdout
+    assert "Best value" in away.stdout + away.stderr
 
 
 def test_a_point_that_fails_fails_the_sweep_of_others(done: Callable[[str], Done]):
