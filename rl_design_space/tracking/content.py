@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from io import BytesIO
@@ -87,7 +88,12 @@ def periods_file(learned: LearningCurves, keep: Kept = "periods") -> bytes:
     }
     curves: dict[str, Any] = {f"curve:{name}": curve for name, curve in learned.curves.items()}
     buffer = BytesIO()
-    np.savez(buffer, **(periods if keep == "periods" else {}), **curves)
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, array in {**(periods if keep == "periods" else {}), **curves}.items():
+            member = BytesIO()
+            np.save(member, array)
+            # Without a time, so that equal results are equal files.
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), zipfile.ZIP_DEFLATED)
     return buffer.getvalue()
 
 

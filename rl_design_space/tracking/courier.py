@@ -150,6 +150,7 @@ class Courier:
         atexit.unregister(self.leave)
         until = monotonic() + _LEAVING
         with self._changed:
+            self._hurry = True
             while self._thread and self._waiting and not (self._trouble or self._unusable) and monotonic() < until:
                 self._changed.wait(_GLANCE)
             self._leaving = True
@@ -160,6 +161,8 @@ class Courier:
     def _run(self) -> None:
         while not self._leaving and not self._unusable:
             self._set_pace()
+            if self._starves:
+                self._end_process(grace=0)
             self._see_to_process()
             self._listen()
             self._look()
@@ -198,9 +201,12 @@ class Courier:
             with suppress(OSError, ValueError):  # it has died
                 self._process.stdin.write(f"{pace}\n".encode())  # type: ignore[union-attr]
                 self._process.stdin.flush()  # type: ignore[union-attr]
-        opening = self._first == CALM and not (self._open or self._trouble)
-        if pace == HURRY and opening and monotonic() - self._since > _OPENING:
-            self._end_process(grace=0)
+
+    @property
+    def _starves(self) -> bool:
+        """Whether the tracker process is waited for, and others keep it from opening the store."""
+        opening = not (self._open or self._trouble)
+        return opening and (self._first, self._pace) == (CALM, HURRY) and monotonic() - self._since > _OPENING
 
     def _listen(self) -> None:
         if self._process is None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -168,7 +166,7 @@ class Delivery:
             return
         with TemporaryDirectory() as folder:
             for name, content in artifacts.items():
-                (Path(folder) / name).write_bytes(_compressed(content) if name.endswith(".npz") else content)
+                (Path(folder) / name).write_bytes(content)
             self._client.log_artifacts(run_id, folder)
 
 
@@ -214,13 +212,3 @@ def experiment_id(client: MlflowClient, key: str, name: str, artifacts: Path | N
         if known := client.get_experiment_by_name(name):
             return str(known.experiment_id)
         raise
-
-
-def _compressed(archive: bytes) -> bytes:
-    """A ZIP file with the same members, deflated; that takes time, so it is not done where points are learned."""
-    buffer = BytesIO()
-    with zipfile.ZipFile(BytesIO(archive)) as source, zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as target:
-        for name in source.namelist():
-            # Without a time, so that equal results are equal files.
-            target.writestr(zipfile.ZipInfo(name), source.read(name), zipfile.ZIP_DEFLATED)
-    return buffer.getvalue()

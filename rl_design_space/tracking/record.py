@@ -57,7 +57,8 @@ def point_record(
     Raises:
         ConfigError: MLflow would not take a name.
     """
-    numbers = {values.key(name): values.metric(value) for name, value in _scalars(planned, learned).items()}
+    scalars = learned.scalars(planned.point.world.shape)
+    numbers = {values.key(name): values.metric(value) for name, value in scalars.items()}
     content = {
         "name": planned.name,
         "started": int((time.time() - learned.seconds) * 1000),
@@ -100,10 +101,6 @@ def study_tags(studies: Iterable[str]) -> dict[str, str]:
 def params(planned: PlannedPoint) -> dict[str, str]:
     """Every choice, flat and dotted, as typed on the command line."""
     return {values.key(name): values.param(value) for name, value in planned.parameters.items()}
-
-
-def _scalars(planned: PlannedPoint, learned: LearningCurves) -> dict[str, float]:
-    return learned.scalars(planned.point.world.shape)
 
 
 def _packed(learned: LearningCurves) -> bytes:

@@ -37,8 +37,11 @@ def courier(spool: Busy, monkeypatch: pytest.MonkeyPatch) -> Courier:
     return Courier(spool)
 
 
-def test_a_record_that_is_written_while_the_folder_is_read_still_waits(courier: Courier, spool: Busy):
+@pytest.mark.parametrize("earlier", [False, True], ids=["a new record", "in place of an earlier one"])
+def test_a_record_that_is_written_while_the_folder_is_read_still_waits(earlier: bool, courier: Courier, spool: Busy):
     done: list[str] = []
+    if earlier:
+        courier.watch(RECORD.name, lambda: done.append("earlier"))
 
     def write() -> None:
         spool.write(RECORD)
@@ -48,21 +51,6 @@ def test_a_record_that_is_written_while_the_folder_is_read_still_waits(courier: 
     courier._look()
     assert (courier.left, done) == (1, [])
     spool.happens = lambda: None
-    courier._look()
-    assert (courier.left, done) == (1, [])
     spool.remove(RECORD.name)
     courier._look()
     assert (courier.left, done) == (0, ["delivered"])
-
-
-def test_a_record_that_takes_the_place_of_another_meanwhile_still_waits(courier: Courier, spool: Busy):
-    done: list[str] = []
-    courier.watch(RECORD.name, lambda: done.append("first"))
-
-    def write() -> None:
-        spool.write(RECORD)
-        courier.watch(RECORD.name, lambda: done.append("second"))
-
-    spool.happens = write
-    courier._look()
-    assert (courier.left, done) == (1, [])

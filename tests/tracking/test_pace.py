@@ -71,9 +71,9 @@ class Started:
 @pytest.mark.parametrize(
     ("says", "paces", "told"),
     [
-        ('{"trouble": null}', ["calm"], "hurry\ncalm\n"),
+        ('{"trouble": null}', ["calm"], "hurry\ncalm\nhurry\n"),
         ('{"trouble": "the disk is full"}', ["calm"], "hurry\ncalm\n"),
-        ("", ["calm", "hurry"], "calm\n"),
+        ("", ["calm", "hurry"], "calm\nhurry\n"),
     ],
     ids=["an open store", "trouble", "a store that is not opened, so another process is started"],
 )
