@@ -16,7 +16,7 @@ from threading import Condition, Thread
 from time import monotonic, time_ns
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.process import CALM, HURRY
+from rl_design_space.tracking.pace import CALM, HURRY
 from rl_design_space.tracking.spool import Spool
 
 #: Seconds between two looks, the second if there is much to look at; that a tracker process gets to end what it is at;

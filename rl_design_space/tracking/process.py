@@ -13,11 +13,10 @@ from threading import Event, Thread
 from filelock import Timeout
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.pace import CALM, HURRY
 from rl_design_space.tracking.spool import Spool
 from rl_design_space.tracking.writer import Writer
 
-#: What a tracker process is told: nobody learns, so it need not hold back; or somebody does.
-HURRY, CALM = "hurry", "calm"
 #: How much lower the priority is while others learn: as low as it gets. Where all cores learn, what is left over, and
 #: a seventieth of one core, has to do.
 _NICENESS = 19
