@@ -26,9 +26,9 @@ from benchmarks.tables import number
 from rl_design_space.learning.names import CURVES
 from rl_design_space.tracking import MlflowTracking
 from rl_design_space.tracking.cache import cache_file
+from rl_design_space.tracking.connection import analyze
 from rl_design_space.tracking.read import RunReader
-from rl_design_space.tracking.server import serving
-from rl_design_space.tracking.store import analyze
+from rl_design_space.tracking.ui_server import serving
 
 _RUNS, _REAL, _PORT = 10_000, 4, 5117
 #: Tables with rows of a run.

@@ -10,11 +10,11 @@ from tempfile import TemporaryDirectory
 
 import rl_design_space as rds
 from rl_design_space.learning.names import CURVES
-from rl_design_space.sweep.compose import compose
-from rl_design_space.sweep.describe import resolved_config
+from rl_design_space.plan.describe import resolved_config
+from rl_design_space.plan.planner import plan_point
+from rl_design_space.tracking.connection import configure_mlflow
 from rl_design_space.tracking.content import config_file, periods_file
 from rl_design_space.tracking.record import params
-from rl_design_space.tracking.store import configure_mlflow
 
 
 def main() -> None:
@@ -22,7 +22,7 @@ def main() -> None:
     configure_mlflow()
     import mlflow
 
-    planned = compose()
+    planned = plan_point()
     curves = rds.simulate(planned.point)
     config = resolved_config(planned.point)
     mlflow.set_tracking_uri(f"sqlite:///{sys.argv[1]}")

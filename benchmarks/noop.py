@@ -9,13 +9,17 @@ import json
 import os
 import resource
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
+from rl_design_space.commands import cli
+from rl_design_space.commands import sweep as command
+from rl_design_space.commands.invocation import Invocation, running
 from rl_design_space.design import DesignPoint
 from rl_design_space.learning import LearningCurves, simulation
-from rl_design_space.sweep import command
 
 
 class _Nothing:
@@ -60,8 +64,6 @@ def _report() -> None:
 
 def main() -> None:
     """Run the command, and report while everything it keeps is still there."""
-    from rl_design_space import cli
-
     simulation.Learning = _Nothing  # type: ignore[assignment, misc]
     simulation.simulate = lambda point, threads=None: _CURVES
     # A sweep of ours has everything it keeps when it says what became of it; one of Hydra's, at the end.
@@ -72,9 +74,17 @@ def main() -> None:
         _report()
 
     command._close = close_and_report  # type: ignore[assignment]
-    before = cli.jobs
+    invocations: list[Invocation] = []
+
+    @contextmanager
+    def noted(invocation: Invocation) -> Iterator[Invocation]:
+        invocations.append(invocation)
+        with running(invocation):
+            yield invocation
+
+    cli.running = noted  # type: ignore[attr-defined]
     cli.main()
-    if cli.jobs > before:
+    if any(invocation.jobs for invocation in invocations):
         _report()
 
 

@@ -40,7 +40,7 @@ print(json.dumps([status, seconds, resource.getrusage(resource.RUSAGE_CHILDREN).
 # Runs the command and lists what it has imported that is not of this package, in order.
 _MODULES = """
 import json, sys
-from rl_design_space.cli import main
+from rl_design_space.commands.cli import main
 target = sys.argv.pop(1)
 main()
 own = ("__main__", "rl_design_space", "hydra_plugins")

@@ -8,9 +8,9 @@ import resource
 import sys
 from typing import Any
 
-import rl_design_space.sweep.command as command
-from rl_design_space import cli
-from rl_design_space.sweep.run import Outcome
+import rl_design_space.commands.sweep as command
+from rl_design_space.commands import cli
+from rl_design_space.run.runner import Outcome
 
 _outcomes: list[Outcome] = []
 

@@ -7,12 +7,18 @@ curves = rds.simulate(point)
 curves.steps  # (periods, trials) primitive moves
 """
 
+from __future__ import annotations
+
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from rl_design_space._version import __version__
 from rl_design_space.errors import ConfigError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
     from rl_design_space.design import (
         AdHoc,
         Constant,
@@ -57,7 +63,6 @@ __all__ = [
     "load_runs",
     "simulate",
 ]
-__version__ = "0.1.0"
 
 #: Where the public names are from; the others are in `design`.
 _HOME = {
@@ -69,9 +74,19 @@ _HOME = {
 
 def __getattr__(name: str) -> Any:
     """Import the public names when they are first used, so that importing a small part stays fast."""
-    if name in __all__:
-        return getattr(import_module(f"rl_design_space.{_HOME.get(name, 'design')}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(import_module(f"rl_design_space.{_HOME.get(name, 'design')}"), name)
+    if name == "DesignPoint":
+        found.from_overrides = classmethod(_from_overrides)
+    return found
+
+
+def _from_overrides(cls: type, overrides: Sequence[str] = (), config_dir: str | Path | None = None) -> DesignPoint:
+    """Return the point that these command-line overrides describe, see `plan.planner.point_from_overrides`."""
+    from rl_design_space.plan.planner import point_from_overrides
+
+    return point_from_overrides(overrides, config_dir)
 
 
 def __dir__() -> list[str]:

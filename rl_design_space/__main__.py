@@ -1,6 +1,6 @@
 """`python -m rl_design_space` is `rl-design-space`."""
 
-from rl_design_space.cli import main
+from rl_design_space.commands.cli import main
 
 if __name__ == "__main__":
     main()

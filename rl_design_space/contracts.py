@@ -125,10 +125,10 @@ def check_study(name: str, config_dir: str | Path | None = None) -> None:
         name: of its file in `study/`.
         config_dir: folder of your own that holds it.
     """
+    from rl_design_space.config.compose import shipped_config
+    from rl_design_space.config.user_config import used
     from rl_design_space.errors import ConfigError
-    from rl_design_space.sweep.compose import shipped_config
-    from rl_design_space.sweep.study import load_study
-    from rl_design_space.user_config import used
+    from rl_design_space.plan.study import load_study
 
     try:
         with used(config_dir), shipped_config():

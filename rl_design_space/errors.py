@@ -1,19 +1,13 @@
-"""Errors that a user can mend: they are shown as one message, without a traceback, and exit with 2."""
+"""The error that a user can fix; the command line shows it as one message, without a traceback, and exits with 2."""
 
 from __future__ import annotations
 
-import os
 import re
-import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from difflib import get_close_matches
 
 #: A password in a URI, and what comes before it. A port is none; databases take passwords with slashes.
 _PASSWORD = re.compile(r"(://[^/\s:@]*:)(?!\d*/)\S+(?=@)|([?&]password=)[^&\s]+")
-_FULL_ERROR = "HYDRA_FULL_ERROR"
-#: Whether the user asked for tracebacks; read before the command line sets the variable for its own ends.
-_TRACEBACKS = os.environ.get(_FULL_ERROR, "0") not in ("", "0")
 
 
 class ConfigError(ValueError):
@@ -32,23 +26,6 @@ class ConfigError(ValueError):
         nearest = beginning or get_close_matches(name, known, n=1, cutoff=0.5)
         hint = f"; did you mean {prefix}{nearest[0]}?" if nearest else ""
         return cls(f"{prefix}{name}: no such {what}{hint} (there is {', '.join(known) or 'none'})")
-
-
-@contextmanager
-def shown_as_messages() -> Iterator[None]:
-    """Print errors that a user can mend as one message and exit with 2; let all others pass."""
-    # With this set, Hydra hands errors on instead of printing them and exiting with 1.
-    os.environ[_FULL_ERROR] = "1"
-    try:
-        yield
-    except Exception as error:
-        from rl_design_space.sweep.explain import explain
-
-        explained = explain(error)
-        if _TRACEBACKS or explained is None:
-            raise
-        print(f"error: {explained}", file=sys.stderr)
-        sys.exit(2)
 
 
 def _as_typed(value: object) -> str:

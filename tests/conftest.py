@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from rl_design_space.tracking.store import connect
+from rl_design_space.config.compose import shipped_config
+from rl_design_space.plan.planner import Planner
+from rl_design_space.tracking.connection import connect
 from tests.servers import _shared_mlflow_server, auth_server, mlflow_server, postgres  # noqa: F401  (fixtures)
 from tests.tracking.stores import import_mlflow
+
+
+@pytest.fixture(scope="module")
+def planner() -> Iterator[Planner]:
+    """One planner a module: composing takes Hydra 0.1 s, and what is composed once is kept."""
+    with shipped_config():
+        yield Planner()
 
 
 @pytest.fixture(scope="session")

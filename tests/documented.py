@@ -11,8 +11,8 @@ from typing import NamedTuple
 from markdown_it import MarkdownIt
 
 from rl_design_space import commands
-from rl_design_space.report.generic.command import WORDS
-from tests.commands import SCRIPTS, Completed, environment
+from rl_design_space.commands.figures import WORDS
+from tests.command_runner import SCRIPTS, Completed, environment
 
 DOCS = Path(__file__).parent.parent / "docs"
 PROGRAMS = ("rl-design-space", "rl-design-report")

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.commands import SCRIPTS, environment
+from tests.command_runner import SCRIPTS, environment
 from tests.service import Service, free_port
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
-from tests.commands import SCRIPTS, Completed, environment
+from tests.command_runner import SCRIPTS, Completed, environment
 
 PAGE = (Path(__file__).parents[1] / "docs" / "components.md").read_text(encoding="utf-8")
 BLOCKS = [(token.info.split(), token.content) for token in MarkdownIt().parse(PAGE) if token.type == "fence"]
@@ -77,7 +77,7 @@ def test_the_contract_test_of_the_page_passes(folder: Path):
 
 def test_the_checks_and_kinds_that_the_page_names_exist():
     from rl_design_space import contracts
-    from rl_design_space.commands.new import KINDS as MADE
+    from rl_design_space.commands.words.new import KINDS as MADE
 
     assert set(re.findall(r"`(check_\w+)`", PAGE)) == {name for name in vars(contracts) if name.startswith("check_")}
     assert set(MADE) == {kind for kind, _, _ in KINDS} | {"study"}

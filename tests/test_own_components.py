@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands import Command, commands_in, runs
+from tests.command_runner import Command, commands_in, runs
 
 SMALL = ("task.periods=2", "task.trials=3")
 HEATMAP = ("heatmap", "--rows=representation", "--cols=task.trials", "--study=mine")

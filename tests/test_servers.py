@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.commands import environment, heed_interrupts
+from tests.command_runner import environment, heed_interrupts
 from tests.servers import MlflowServer, Postgres, needs_postgres
 from tests.service import Service, free_port
 from tests.tracking.stores import import_mlflow

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.learning.curves import FINAL_TRIALS
+from rl_design_space.learning.result import FINAL_TRIALS
 
 #: A policy is near its final level, or near the optimum, within this factor.
 NEAR = 1.1

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.measures import NEAR, Recorded
 from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval, share_estimate
-from rl_design_space.learning.curves import FINAL_TRIALS
+from rl_design_space.learning.result import FINAL_TRIALS
 
 #: Medians have no weighted mean to resample, so whole periods are drawn.
 _RESAMPLES = 2000

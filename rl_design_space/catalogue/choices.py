@@ -27,5 +27,5 @@ def choice(search: Search, options: Options, group: str, counted: bool = False) 
     found = options.of_group(group)
     points = None
     if group == "study" and counted:
-        points = {option.name: count_points(options.composer, option.name) for option in found}
+        points = {option.name: count_points(options.planner, option.name) for option in found}
     return Choice(group, Keys(search).description(group), search.defaults.get(group), found, points)

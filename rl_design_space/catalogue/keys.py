@@ -11,9 +11,10 @@ from rl_design_space.catalogue.docstrings import docstring_of
 from rl_design_space.catalogue.fields import Schema, schemas_of, target
 from rl_design_space.catalogue.options import NOT_GIVEN, Parameter, constraints_only, parameters_of
 from rl_design_space.catalogue.search import Search
+from rl_design_space.config.compose import CONFIG_NAME
+from rl_design_space.config.overrides import SETTINGS
 from rl_design_space.design import DesignPoint
-from rl_design_space.sweep.build import SETTINGS, Settings
-from rl_design_space.sweep.compose import CONFIG_NAME
+from rl_design_space.run.settings import Settings
 
 
 class Keys:

@@ -13,9 +13,10 @@ from rl_design_space.catalogue.comments import first_sentence, key_comments, lea
 from rl_design_space.catalogue.docstrings import docstring_of
 from rl_design_space.catalogue.fields import Schema, schemas_of, target
 from rl_design_space.catalogue.search import Search
-from rl_design_space.sweep.build import build_component
-from rl_design_space.sweep.compose import OPTION_GROUPS, Composer
-from rl_design_space.sweep.explain import explain
+from rl_design_space.config.build import build_component
+from rl_design_space.config.compose import OPTION_GROUPS, Composer
+from rl_design_space.config.explain import explain
+from rl_design_space.plan.planner import Planner
 
 #: Stands for the default of a field that an option's file does not give.
 NOT_GIVEN = object()
@@ -91,7 +92,7 @@ class Options:
 
     def __init__(self, search: Search) -> None:
         self._search = search
-        self.composer = Composer(search.searchpath)
+        self.planner = Planner(Composer(search.searchpath))
 
     def of_group(self, group: str, check: bool = True) -> list[Option]:
         """The options of a group, without their parameters.
@@ -148,7 +149,7 @@ class Options:
 
     def _composed(self, group: str, name: str) -> dict[str, Any]:
         """What choosing an option puts at its group, interpolations as they are written."""
-        config = self.composer.config([f"{group}={name}"])
+        config = self.planner.composer.config([f"{group}={name}"])
         node = OmegaConf.select(config, group.replace("/", "."), throw_on_missing=False)
         found = OmegaConf.to_container(node) if isinstance(node, DictConfig) else {}
         return {str(key): value for key, value in found.items()} if isinstance(found, dict) else {}
@@ -160,9 +161,9 @@ class Options:
             Exception: it cannot be, for whatever reason.
         """
         if group in OPTION_GROUPS:
-            self.composer([f"{group}={name}"])
+            self.planner([f"{group}={name}"])
         elif group == "tracking":
-            build_component(self.composer.config([f"{group}={name}"]), group)
+            build_component(self.planner.composer.config([f"{group}={name}"]), group)
 
 
 def parameters_of(

@@ -17,9 +17,9 @@ from rl_design_space.catalogue.keys import Keys
 from rl_design_space.catalogue.openness import opened
 from rl_design_space.catalogue.options import constraints_only
 from rl_design_space.catalogue.search import HYDRA_GROUPS, Search, searched
-from rl_design_space.sweep.build import Settings
-from rl_design_space.sweep.compose import CONFIG_NAME, OPTION_GROUPS
-from rl_design_space.sweep.constraint import Constraint
+from rl_design_space.config.compose import CONFIG_NAME, OPTION_GROUPS
+from rl_design_space.plan.constraint import Constraint
+from rl_design_space.run.settings import Settings
 
 #: Hydra takes only files that end in .yaml for options.
 FILE_NAME = "schema.json"

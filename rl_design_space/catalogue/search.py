@@ -16,11 +16,11 @@ from hydra.core.object_type import ObjectType
 from hydra.plugins.config_source import ConfigResult, ConfigSource
 from omegaconf import OmegaConf
 
-from rl_design_space import user_config
 from rl_design_space._paths import make_plugins_known
+from rl_design_space.config import user_config
+from rl_design_space.config.compose import CONFIG_NAME, OPTION_GROUPS, shipped_config
+from rl_design_space.config.explain import unknown_option
 from rl_design_space.errors import ConfigError
-from rl_design_space.sweep.compose import CONFIG_NAME, OPTION_GROUPS, shipped_config
-from rl_design_space.sweep.explain import unknown_option
 
 #: Groups that say how points are run and which ones, in the order in which people meet them.
 _OTHER_GROUPS = ("tracking", "study")

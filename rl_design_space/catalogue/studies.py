@@ -9,11 +9,11 @@ from typing import Any
 from rl_design_space.catalogue.comments import leading_comment
 from rl_design_space.catalogue.options import in_words
 from rl_design_space.catalogue.search import Search
-from rl_design_space.sweep.build import plain
-from rl_design_space.sweep.compose import Composer
-from rl_design_space.sweep.constraint import Constraint, constraints_of
-from rl_design_space.sweep.plan import Plan
-from rl_design_space.sweep.study import load_study
+from rl_design_space.config.build import plain
+from rl_design_space.plan.constraint import Constraint, constraints_of
+from rl_design_space.plan.plan import Plan
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import load_study
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,12 @@ class StudyEntry:
     plan: Plan
 
 
-def study(search: Search, composer: Composer, name: str, overrides: Sequence[str] = ()) -> StudyEntry:
+def study(search: Search, planner: Planner, name: str, overrides: Sequence[str] = ()) -> StudyEntry:
     """Describe a study.
 
     Args:
         search: finds its file.
-        composer: makes its points.
+        planner: plans its points.
         name: of the study.
         overrides: of the command line, as they would be given to run it.
 
@@ -54,7 +54,7 @@ def study(search: Search, composer: Composer, name: str, overrides: Sequence[str
         ConfigError: there is no such study, or it cannot be planned.
     """
     search.check("study", name)
-    loaded = load_study(name, overrides, composer)
+    loaded = load_study(name, overrides, planner)
     node = plain(loaded.config, "study")
     report = node.get("report")
     return StudyEntry(
@@ -69,9 +69,9 @@ def study(search: Search, composer: Composer, name: str, overrides: Sequence[str
     )
 
 
-def count_points(composer: Composer, name: str) -> int | str:
+def count_points(planner: Planner, name: str) -> int | str:
     """How many points a study has, or why it cannot be planned."""
     try:
-        return len(load_study(name, (), composer).plan)
+        return len(load_study(name, (), planner).plan)
     except Exception as problem:  # a study of a user's own may be wrong in any way
         return in_words(problem)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
@@ -17,6 +15,10 @@ from rl_design_space.design.representation import AdHoc, Representation
 from rl_design_space.design.reward import GoalReward, Reward
 from rl_design_space.design.task import Task
 from rl_design_space.design.world import Torus, World, cell_count
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
 
 #: Places in a Q-matrix are numbered by uint32.
 _MOST_VALUES = 2**32 - 1
@@ -82,19 +84,9 @@ class DesignPoint:
             )
         return self
 
-    @classmethod
-    def from_overrides(cls, overrides: Sequence[str] = (), config_dir: str | Path | None = None) -> DesignPoint:
-        """The point that these command-line overrides describe, e.g. `["exploration=linear", "world.size=20"]`.
+    if TYPE_CHECKING:
 
-        Args:
-            overrides: as on the command line.
-            config_dir: folder with options of your own; modules beside it can be imported from then on.
-
-        Raises:
-            rl_design_space.ConfigError: an override is not understood or its value is not allowed.
-        """
-        from rl_design_space.sweep.compose import compose
-        from rl_design_space.user_config import used
-
-        with used(config_dir):
-            return compose(overrides).point
+        @classmethod
+        def from_overrides(cls, overrides: Sequence[str] = (), config_dir: str | Path | None = None) -> DesignPoint:
+            """Put on at the top of the package, which composes: `rl_design_space.DesignPoint.from_overrides`."""
+            ...

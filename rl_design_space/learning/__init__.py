@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from rl_design_space.learning.curves import LearningCurves
+from rl_design_space.learning.result import LearningCurves
 
 if TYPE_CHECKING:
     from rl_design_space.learning.simulation import simulate

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from rl_design_space.design import DesignPoint, cell_count
 from rl_design_space.learning.checked import observation_codes
 from rl_design_space.learning.cores import available_threads
-from rl_design_space.learning.curves import LearningCurves
 from rl_design_space.learning.kernel import learn
 from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
 

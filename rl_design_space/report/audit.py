@@ -10,16 +10,16 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.curves import scaled_to_equal_steps
+from rl_design_space.learning.result import scaled_to_equal_steps
 from rl_design_space.report.published_table import PublishedTable
-from rl_design_space.report.runs import Runs, Where
+from rl_design_space.report.study_runs import Runs, Where
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from rl_design_space._arrays import FloatArray
-    from rl_design_space.sweep.plan import PlannedPoint
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.plan import PlannedPoint
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 
@@ -82,8 +82,8 @@ class ReadingsAudit:
         return [*pictures, stem.with_suffix(".csv"), stem.with_suffix(".md")]
 
     def _published(self) -> PublishedTable:
-        from rl_design_space.sweep.compose import shipped_config
-        from rl_design_space.sweep.study import load_study
+        from rl_design_space.config.compose import shipped_config
+        from rl_design_space.plan.study import load_study
 
         with shipped_config():
             table = load_study(self.table, ()).report()

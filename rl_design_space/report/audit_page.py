@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from rl_design_space.plan.study import Study
     from rl_design_space.report.audit import ReadingsAudit
     from rl_design_space.report.published_table import PublishedTable
-    from rl_design_space.report.runs import Runs
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.report.study_runs import Runs
 
 _SETTINGS: dict[Any, Any] = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "font.size": 9}
 _DECIDED, _OTHER = "#0072b2", "#555555"

@@ -11,14 +11,14 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.report.runs import Periods, Runs, Where
-from rl_design_space.sweep.build import construct
+from rl_design_space.config.build import construct
+from rl_design_space.report.study_runs import Periods, Runs, Where
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rl_design_space.sweep.plan import PlannedPoint
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.plan import PlannedPoint
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 Text = Annotated[str, Field(min_length=1)]

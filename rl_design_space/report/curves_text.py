@@ -9,9 +9,9 @@ from rl_design_space.analysis.measures import NEAR
 from rl_design_space.report.markdown import made_by, missing_points
 
 if TYPE_CHECKING:
+    from rl_design_space.plan.study import Study
     from rl_design_space.report.curves import CurvesFigure, Line
-    from rl_design_space.report.runs import Runs
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.report.study_runs import Runs
 
 
 def curves_text(study: Study, figure: CurvesFigure, lines: list[Line], runs: Runs) -> str:

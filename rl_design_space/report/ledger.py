@@ -13,14 +13,14 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.claims import Finding, Tested, judge
 from rl_design_space.analysis.measures import Recorded
-from rl_design_space.report.runs import Runs, Where
-from rl_design_space.sweep.build import build, construct
+from rl_design_space.config.build import build, construct
+from rl_design_space.report.study_runs import Runs, Where
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rl_design_space.sweep.plan import PlannedPoint
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.plan import PlannedPoint
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 #: Stands for a parameter in which any two points differ.

@@ -11,8 +11,8 @@ from rl_design_space.analysis.claims import Tested, Verdict
 from rl_design_space.report.markdown import made_by
 
 if TYPE_CHECKING:
+    from rl_design_space.plan.study import Study
     from rl_design_space.report.ledger import Judged
-    from rl_design_space.sweep.study import Study
 
 
 def ledger_text(study: Study, judged: Sequence[Judged], title: str) -> str:

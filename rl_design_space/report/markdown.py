@@ -11,8 +11,8 @@ from rl_design_space.report.published_table import HEAVY_TAIL
 if TYPE_CHECKING:
     import pandas as pd
 
+    from rl_design_space.plan.study import Study
     from rl_design_space.report.published_table import PublishedTable
-    from rl_design_space.sweep.study import Study
 
 
 def made_by(study: Study) -> str:

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-import rl_design_space
 from rl_design_space._strict import STRICT
+from rl_design_space._version import __version__
 
 if TYPE_CHECKING:
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 _TEMPLATE = "page.html.jinja"
@@ -59,14 +59,15 @@ class Page:
 
     def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
         """Write every report and index.html into a folder; the paths written."""
-        from rl_design_space.sweep.compose import Composer, shipped_config
-        from rl_design_space.sweep.study import load_study
+        from rl_design_space.config.compose import shipped_config
+        from rl_design_space.plan.planner import Planner
+        from rl_design_space.plan.study import load_study
 
         folder.mkdir(parents=True, exist_ok=True)
         paths, sections = [], []
         with shipped_config():
-            composer = Composer()
-            parts = [load_study(name, study.overrides, composer) for name in self.sections]
+            planner = Planner()
+            parts = [load_study(name, study.overrides, planner) for name in self.sections]
         for part in parts:
             written = part.report().write(part, reader, folder)
             paths += written
@@ -100,7 +101,7 @@ class Page:
             points=len(study.plan),
             periods=" or ".join(map(str, periods)),
             mark=study.mark,
-            version=rl_design_space.__version__,
+            version=__version__,
             written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         )
 

@@ -10,13 +10,13 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.config.build import construct
 from rl_design_space.design import Representation, SizedRepresentation, Torus, cell_count
 from rl_design_space.errors import ConfigError
 from rl_design_space.report.grades import Cell, Grading, cells_frame
-from rl_design_space.sweep.build import construct
 
 if TYPE_CHECKING:
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 _MEASURED = ("situation information", "perceptual aliasing", "size of state space", "generalisation")

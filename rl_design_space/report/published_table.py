@@ -11,13 +11,13 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.curves import scaled_to_equal_steps
+from rl_design_space.learning.result import scaled_to_equal_steps
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rl_design_space.sweep.plan import PlannedPoint
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.plan import PlannedPoint
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 Axis = Annotated[dict[str, str], Field(min_length=1, max_length=1)]

@@ -11,13 +11,13 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.config.build import construct
 from rl_design_space.report.grades import Cell, Grading, cells_frame
-from rl_design_space.report.runs import Runs, Where
-from rl_design_space.sweep.build import construct
+from rl_design_space.report.study_runs import Runs, Where
 
 if TYPE_CHECKING:
     from rl_design_space.analysis.quality import Quality
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 _COLUMNS = ("convergence speed", "solution quality", "need for exploration")

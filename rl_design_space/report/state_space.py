@@ -9,12 +9,12 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.report.runs import Runs
+from rl_design_space.report.study_runs import Runs
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 

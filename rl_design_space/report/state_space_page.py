@@ -19,7 +19,7 @@ from rl_design_space.report.markdown import made_by, missing_points
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.study import Study
 
 _SETTINGS: dict[Any, Any] = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "font.size": 9}
 #: Column of the frame: how its marks look and what they are.

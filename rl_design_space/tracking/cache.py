@@ -10,8 +10,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import rl_design_space
-from rl_design_space.tracking.store import StoreAddress, sqlite_path
+from rl_design_space._version import __version__
+from rl_design_space.tracking.address import StoreAddress, sqlite_path
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,7 +55,7 @@ def cache_file(database: Path) -> Path:
 
 def _state(database: Path, address: StoreAddress) -> str | None:
     """The state of a database, by its files; None if it has changed just now."""
-    parts = [rl_design_space.__version__, address.experiment]
+    parts = [__version__, address.experiment]
     for file in (database, database.with_name(f"{database.name}-wal")):
         try:
             about = file.stat()

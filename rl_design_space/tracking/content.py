@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import yaml
@@ -16,11 +16,8 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space.learning import LearningCurves
 from rl_design_space.learning.names import CURVES
 from rl_design_space.tracking import values
-from rl_design_space.tracking.record import narrow, result_of
+from rl_design_space.tracking.record import Kept, narrow, result_of
 from rl_design_space.tracking.spool import Record
-
-if TYPE_CHECKING:
-    from rl_design_space.tracking.options import Kept
 
 #: File names of a run's artifacts.
 PERIODS_FILE, CONFIG_FILE = "periods.npz", "config.yaml"

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rl_design_space.tracking.store import StoreAddress, deleted_experiment, sqlite_path, translated
+from rl_design_space.tracking.address import StoreAddress, sqlite_path
+from rl_design_space.tracking.store_errors import deleted_experiment, translated
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine

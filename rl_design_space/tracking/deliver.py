@@ -8,11 +8,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from rl_design_space.tracking.claims import Claims
+from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.content import content_of
+from rl_design_space.tracking.locks import Claims
 from rl_design_space.tracking.record import FINGERPRINT_TAG, INCOMPLETE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool, point_name
-from rl_design_space.tracking.store import StoreAddress, deleted_experiment, sqlite_path
+from rl_design_space.tracking.store_errors import deleted_experiment
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.options import MlflowTracking
+from rl_design_space.tracking.backends import MlflowTracking
 from rl_design_space.tracking.read import RunReader
 from rl_design_space.tracking.tracker import StoredRun
 

@@ -10,19 +10,19 @@ from uuid import uuid4
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import record, summary
-from rl_design_space.tracking.claims import claims_at, claims_path
 from rl_design_space.tracking.courier import Courier, courier_of
+from rl_design_space.tracking.locks import claims_at, claims_path
 from rl_design_space.tracking.origin import origin_tags
-from rl_design_space.tracking.source import source_of
+from rl_design_space.tracking.queries import source_of
 from rl_design_space.tracking.spool import CLOSE, OPEN, STUDIES, TIDY, DamagedRecordError, Record, Spool, point_name
-from rl_design_space.tracking.store import StoreUnavailableError
+from rl_design_space.tracking.store_errors import StoreUnavailableError
 from rl_design_space.tracking.tracker import Settled, StoredRun, SweepEnding, SweepRecord
 from rl_design_space.tracking.views import points_tags, sweeps_tags
 
 if TYPE_CHECKING:
     from rl_design_space.learning import LearningCurves
-    from rl_design_space.sweep.plan import Plan, PlannedPoint
-    from rl_design_space.tracking.options import MlflowTracking
+    from rl_design_space.plan.plan import Plan, PlannedPoint
+    from rl_design_space.tracking.address import StoreAddress
 
 #: Seconds between two attempts to write a result to a full disk.
 _PAUSE = 1.0
@@ -32,20 +32,40 @@ class MlflowTracker:
     """Keeps each point's result in a spool, from which it becomes one flat run; FINISHED is its commit mark.
 
     Args:
-        options: where to, and what of it.
+        address: of the store.
+        spools: folder that keeps results until the store has them.
         command: that is recorded as the source of the runs.
-        courier: who has the spool delivered, by default a process of its own.
+        location: the store and the experiment in it, for messages.
+        patience: seconds to wait for a store, or a disk, that takes nothing.
+        curves: learning curves recorded beside those that always are.
+        every: trials from one recorded value of a curve to the next.
+        keep: what the artifact of a run holds.
+        courier: delivers the spool; by default by a process of its own.
 
     Raises:
         ConfigError: the spool cannot be used.
     """
 
-    def __init__(self, options: MlflowTracking, command: str, courier: Courier | None = None) -> None:
-        self._options = options
-        self._source = source_of(options.address)
-        self._spool = Spool.of(Path(options.spool), options.address)
+    def __init__(
+        self,
+        address: StoreAddress,
+        spools: Path,
+        command: str,
+        *,
+        location: str,
+        patience: float,
+        curves: Sequence[str] = (),
+        every: int = 1,
+        keep: record.Kept = "periods",
+        courier: Courier | None = None,
+    ) -> None:
+        self.location = location
+        self._patience = patience
+        self._recorded: dict[str, Any] = {"curves": curves, "every": every, "keep": keep}
+        self._source = source_of(address)
+        self._spool = Spool.of(spools, address)
         self._courier = courier or courier_of(self._spool.folder)
-        self._claims = claims_at(claims_path(options.address.uri))
+        self._claims = claims_at(claims_path(address.uri))
         self._origin = origin_tags(command)
         #: Points whose records are on their way: claims that end when the store has them.
         self._on_their_way: set[str] = set()
@@ -53,11 +73,6 @@ class MlflowTracker:
         self._known = True
         #: Whether the disk has been full for as long as to be waited for.
         self._full = False
-
-    @property
-    def location(self) -> str:
-        """The store and the experiment in it."""
-        return f"{self._options.uri}, experiment {self._options.experiment!r}"
 
     @property
     def unavailable(self) -> bool:
@@ -100,16 +115,7 @@ class MlflowTracker:
         Raises:
             ConfigError: MLflow would not take a name, the store is of no use, or the disk is full and stays so.
         """
-        options = self._options
-        kept = record.point_record(
-            planned,
-            curves,
-            self._origin,
-            curves=options.curves,
-            every=options.every,
-            keep=options.artifact,
-            checked=self._known,
-        )
+        kept = record.point_record(planned, curves, self._origin, checked=self._known, **self._recorded)
         self._keep(kept, planned.fingerprint)
         return StoredRun("", frozenset(planned.studies), kept.content["scalars"])
 
@@ -133,7 +139,7 @@ class MlflowTracker:
             ConfigError: the store is of no use.
         """
         self._have_tidied()
-        left = self._courier.settle(self._options.patience, told)
+        left = self._courier.settle(self._patience, told)
         points = {fingerprint: point_name(fingerprint) for fingerprint in self._on_their_way}
         lost = {fingerprint: left.aside[name] for fingerprint, name in points.items() if name in left.aside}
         return Settled(left.awaiting, left.why, lost)
@@ -182,7 +188,7 @@ class MlflowTracker:
 
     def _keep(self, kept: Record, fingerprint: str = "") -> None:
         """Write a record; wait for room on a full disk, which delivery may make."""
-        until = time.monotonic() + self._options.patience
+        until = time.monotonic() + self._patience
         while True:
             try:
                 self._spool.write(kept)

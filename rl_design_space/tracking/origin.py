@@ -8,15 +8,15 @@ import shutil
 import subprocess
 from contextlib import suppress
 
-import rl_design_space
 from rl_design_space._paths import CONF
+from rl_design_space._version import __version__
 from rl_design_space.tracking import values
 
 
 def origin_tags(command: str) -> dict[str, str]:
     """Tags for the runs that a command records; MLflow's client alone does not fill these in."""
     tags = {
-        "rl_design_space.version": rl_design_space.__version__,
+        "rl_design_space.version": __version__,
         "rl_design_space.host": platform.node(),
         "mlflow.source.name": values.tag(command),
         "mlflow.source.type": "LOCAL",

@@ -12,12 +12,13 @@ from urllib.parse import quote, unquote, urlencode, urlsplit
 from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.cache import cached
+from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE, read_periods
+from rl_design_space.tracking.queries import source_of
 from rl_design_space.tracking.record import STUDY_TAG
-from rl_design_space.tracking.runs import filtered, frame_of, of_study
-from rl_design_space.tracking.source import source_of
-from rl_design_space.tracking.store import StoreAddress, connect, sqlite_path
+from rl_design_space.tracking.run_frame import filtered, frame_of, of_study
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:

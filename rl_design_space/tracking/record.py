@@ -9,20 +9,19 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Sequence
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space.learning import LearningCurves
-from rl_design_space.sweep.describe import resolved_config
-from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.plan.describe import resolved_config
+from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.tracking import values
 from rl_design_space.tracking.spool import POINT, Record
 
-if TYPE_CHECKING:
-    from rl_design_space.tracking.options import Kept
-
+#: What a run's artifact keeps: everything, or the curves alone.
+Kept = Literal["periods", "curves"]
 #: A run's tag for each study that it belongs to begins like this.
 STUDY_TAG = "study."
 #: Tags of ours: what identifies a point; the spool that a run is written from; the sweep that a summary run is of; why

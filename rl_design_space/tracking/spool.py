@@ -15,7 +15,7 @@ from typing import Any
 
 from filelock import FileLock
 
-from rl_design_space.tracking.store import StoreAddress
+from rl_design_space.tracking.address import StoreAddress
 
 #: Kinds of records, in the order in which they have to be delivered: a sweep begins, its points come, stored points
 #: join studies, a sweep ends, what dead processes have left is closed.

@@ -12,7 +12,7 @@ from rl_design_space.learning.names import SCALARS
 from rl_design_space.tracking import values
 
 if TYPE_CHECKING:
-    from rl_design_space.sweep.plan import Plan
+    from rl_design_space.plan.plan import Plan
     from rl_design_space.tracking.tracker import SweepEnding
 
 #: What the best points are chosen by, the least first.

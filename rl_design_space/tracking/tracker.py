@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from rl_design_space.learning import LearningCurves
-    from rl_design_space.sweep.plan import Plan, PlannedPoint
+    from rl_design_space.plan.plan import Plan, PlannedPoint
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,12 @@ from rich.markup import escape
 from rich.table import Table
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.options import MlflowTracking
-from rl_design_space.tracking.source import Counted, source_of
+from rl_design_space.tracking.address import sqlite_path
+from rl_design_space.tracking.backends import MlflowTracking
+from rl_design_space.tracking.connection import analyze, configure_mlflow
+from rl_design_space.tracking.queries import Counted, source_of
 from rl_design_space.tracking.spool import Spool, point_name
-from rl_design_space.tracking.store import analyze, configure_mlflow, passes, reason, sqlite_path
+from rl_design_space.tracking.store_errors import passes, reason
 
 #: Seconds to wait for others who write to the database.
 _PATIENCE = 30

@@ -14,7 +14,7 @@ from rl_design_space.tracking.record import STUDY_TAG
 from rl_design_space.tracking.view_state import State
 
 if TYPE_CHECKING:
-    from rl_design_space.sweep.plan import Plan
+    from rl_design_space.plan.plan import Plan
 
 #: The axes of a plan: by the name of a parameter how many points have each of its values, see `Plan.axes`.
 Axes = Mapping[str, Mapping[str, int]]

@@ -11,11 +11,12 @@ from threading import Event
 from filelock import Timeout
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.claims import claims_at, claims_path
+from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.deliver import Delivery
-from rl_design_space.tracking.source import source_of
+from rl_design_space.tracking.locks import claims_at, claims_path
+from rl_design_space.tracking.queries import source_of
 from rl_design_space.tracking.spool import DamagedRecordError, Spool, is_summary, key_of
-from rl_design_space.tracking.store import StoreUnavailableError, connect, denial, passes, reason
+from rl_design_space.tracking.store_errors import StoreUnavailableError, denial, passes, reason
 
 #: Seconds between two looks into an empty spool, and between two attempts at a store that cannot be used: at first,
 #: and at most.

@@ -9,7 +9,7 @@ import pytest
 from rl_design_space import commands
 from rl_design_space._paths import CONF
 from rl_design_space.catalogue.overview import columns
-from rl_design_space.report import cli as report
+from rl_design_space.commands import report as report
 
 
 def test_the_help_of_the_report_lists_the_studies(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):

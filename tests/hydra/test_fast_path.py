@@ -12,11 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from omegaconf.errors import OmegaConfBaseException
 
+from rl_design_space.config.assemble import Assembler
+from rl_design_space.config.compose import CONFIG_NAME, Composer, shipped_config
 from rl_design_space.errors import ConfigError
-from rl_design_space.sweep.assemble import Assembler
-from rl_design_space.sweep.compose import CONFIG_NAME, Composer, parts_of, planned_point, shipped_config
-from rl_design_space.sweep.plan import PlannedPoint
-from tests.sweep.test_compose import FILES, override_lists
+from rl_design_space.plan.plan import PlannedPoint
+from rl_design_space.plan.planner import Planner, plan_composed
+from tests.config.test_compose import FILES, override_lists
 
 Overrides = Sequence[str]
 
@@ -51,14 +52,14 @@ def by_hydra(overrides: Overrides, searchpath: Overrides = ()) -> PlannedPoint:
         config = hydra.compose(CONFIG_NAME, [*searchpath, *overrides], return_hydra_config=True)
     except (ValueError, HydraException, OmegaConfBaseException) as error:  # Hydra has no error of its own for some
         raise ConfigError(str(error)) from error
-    return planned_point(parts_of(config), overrides)
+    return plan_composed(config, config.hydra.runtime.choices, overrides)
 
 
 @pytest.fixture(scope="module")
-def composer() -> Iterator[Composer]:
+def planner() -> Iterator[Planner]:
     """One for all tests, so that no point may leave a trace in those after it."""
     with shipped_config():
-        yield Composer()
+        yield Planner()
 
 
 def _values() -> dict[str, list[str]]:
@@ -97,19 +98,19 @@ def plain_override_lists(draw: st.DrawFn) -> list[str]:
 
 @settings(deadline=None, max_examples=20)
 @given(overrides=override_lists())
-def test_a_point_of_any_overrides_is_that_of_hydra(overrides: list[str], composer: Composer):
-    assert outcome(composer, overrides) == outcome(by_hydra, overrides)
+def test_a_point_of_any_overrides_is_that_of_hydra(overrides: list[str], planner: Planner):
+    assert outcome(planner, overrides) == outcome(by_hydra, overrides)
 
 
 @settings(deadline=None, max_examples=20)
 @given(overrides=plain_override_lists())
-def test_a_point_of_plain_overrides_is_that_of_hydra(overrides: list[str], composer: Composer):
-    assert outcome(composer, overrides) == outcome(by_hydra, overrides)
+def test_a_point_of_plain_overrides_is_that_of_hydra(overrides: list[str], planner: Planner):
+    assert outcome(planner, overrides) == outcome(by_hydra, overrides)
 
 
 @pytest.mark.parametrize("override", UNUSUAL)
-def test_an_unusual_override_does_what_it_does_in_hydra(override: str, composer: Composer):
-    assert outcome(composer, [override]) == outcome(by_hydra, [override])
+def test_an_unusual_override_does_what_it_does_in_hydra(override: str, planner: Planner):
+    assert outcome(planner, [override]) == outcome(by_hydra, [override])
 
 
 # Options of a user's own, of which some do more than an option that is shipped.
@@ -162,9 +163,9 @@ def searchpath(tmp_path_factory: pytest.TempPathFactory) -> Overrides:
 
 
 @pytest.fixture(scope="module")
-def own_composer(searchpath: Overrides) -> Iterator[Composer]:
+def own_composer(searchpath: Overrides) -> Iterator[Planner]:
     with shipped_config():
-        yield Composer(searchpath)
+        yield Planner(Composer(searchpath))
 
 
 def own_option(file: str) -> str:
@@ -174,7 +175,7 @@ def own_option(file: str) -> str:
 
 
 @pytest.mark.parametrize("file", OWN)
-def test_an_option_of_ones_own_does_what_it_does_in_hydra(file: str, own_composer: Composer, searchpath: Overrides):
+def test_an_option_of_ones_own_does_what_it_does_in_hydra(file: str, own_composer: Planner, searchpath: Overrides):
     overrides = [own_option(file)]
     assert outcome(own_composer, overrides) == outcome(lambda given: by_hydra(given, searchpath), overrides)
 
@@ -196,12 +197,12 @@ def test_an_option_of_ones_own_does_what_it_does_in_hydra(file: str, own_compose
     ids=" ".join,
 )
 def test_options_of_ones_own_go_together_as_in_hydra(
-    overrides: list[str], own_composer: Composer, searchpath: Overrides
+    overrides: list[str], own_composer: Planner, searchpath: Overrides
 ):
     assert outcome(own_composer, overrides) == outcome(lambda given: by_hydra(given, searchpath), overrides)
 
 
-def test_the_options_of_this_file_are_of_many_kinds(own_composer: Composer):
+def test_the_options_of_this_file_are_of_many_kinds(own_composer: Planner):
     # All others are refused, by Hydra as well, or say what the shipped ones say.
     points = {own_option(file): outcome(own_composer, [own_option(file)]) for file in OWN}
     assert len({str(point) for point in points.values()}) > 12
@@ -229,17 +230,17 @@ def test_plain_points_take_one_composition_in_all(composed: list[list[str]]):
     values = ["seed=3", "task.goals=1", "world.size=[4,5]", "learner.gamma=0.5", "learner.ties=first", "outputs=there"]
     quoted = ["world='walled'", "exploration.epsilon=.5", "reward.step=-1e-1"]
     with shipped_config():
-        composer = Composer()
+        planner = Planner()
         for overrides in [[], *([option, *values] for option in options), quoted, quoted[::-1]]:
-            composer(overrides)
+            planner(overrides)
     assert composed == [[]]
 
 
 def test_plain_options_of_ones_own_take_none_either(composed: list[list[str]], searchpath: Overrides):
     with shipped_config():
-        composer = Composer(searchpath)
+        planner = Planner(Composer(searchpath))
         for overrides in (["world=wide"], ["world=itself", "seed=1"], ["world=wide", "exploration=linear"]):
-            composer(overrides)
+            planner(overrides)
     assert composed == [searchpath]
 
 
@@ -268,6 +269,6 @@ def assembled(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
         *("seed=1,2", "nothing=1", "task.goals.of=1"),
     ],
 )
-def test_what_is_not_plain_is_left_to_hydra(override: str, own_composer: Composer, assembled: list[bool]):
+def test_what_is_not_plain_is_left_to_hydra(override: str, own_composer: Planner, assembled: list[bool]):
     outcome(own_composer, [override])
     assert assembled == [False]

@@ -22,7 +22,7 @@ import atexit, os, sys
 from pathlib import Path
 atexit.register(lambda: Path(os.environ["IMPORTED"]).write_text("\\n".join(sys.modules)))
 sys.argv[0] = "rl-design-space"
-from rl_design_space.cli import main
+from rl_design_space.commands.cli import main
 main()
 """
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.commands import SCRIPTS, environment
+from tests.command_runner import SCRIPTS, environment
 from tests.tracking.stores import copy_database
 
 SMALL = ("task.periods=2", "task.trials=3")

@@ -110,7 +110,7 @@ def test_sums_of_long_periods_do_not_overflow():
 def test_a_summary_fits_the_screen():
     assert repr(TWO_PERIODS) == (
         "LearningCurves of 2 periods × 3 trials\n"
-        "  total steps   98 a period, 95 % interval 70 to 125\n"
+        "  total steps   98 ± 28 (standard error) a period\n"
         "  success       83.33% of trials; every trial in 1 of 2 periods\n"
         "  final policy  5.33 × the optimum, last 3 trials\n"
         "  seconds       0.500"

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import pytest
 
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning import LearningCurves, simulate
+from rl_design_space.plan.study import Study, load_study
 from rl_design_space.report import PublishedTable
-from rl_design_space.sweep.compose import shipped_config
-from rl_design_space.sweep.study import Study, load_study
 from rl_design_space.tracking.read import RunReader
 from tests.tracking.stores import import_mlflow, options, tracker_at
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rl_design_space.learning import LearningCurves, simulate
-from rl_design_space.sweep.plan import Plan
+from rl_design_space.plan.plan import Plan
 from rl_design_space.tracking.tracker import StoredRun
 
 

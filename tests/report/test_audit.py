@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from omegaconf import OmegaConf
 
 from rl_design_space.analysis.fit import fit
+from rl_design_space.config.compose import shipped_config
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import Study, load_study, plan_study
 from rl_design_space.report.audit import ReadingsAudit
 from rl_design_space.report.published_table import PublishedTable
-from rl_design_space.report.runs import Runs
-from rl_design_space.sweep.compose import Composer, shipped_config
-from rl_design_space.sweep.study import Study, load_study, plan_study
+from rl_design_space.report.study_runs import Runs
 from tests.report.readers import LearningReader
 
 GRID = {"exploration": "linear", "exploration.k": 0.03, "world.size": "4,5", "task.goals": "1,2", "task.periods": 20}
@@ -43,9 +44,9 @@ AUDIT = ReadingsAudit(
 @pytest.fixture(scope="module")
 def study() -> Study:
     with shipped_config():
-        composer = Composer()
+        planner = Planner()
         config = OmegaConf.create({"study": {"blocks": BLOCKS}})
-        return Study("audit", (), config, plan_study("audit", config, (), composer))
+        return Study("audit", (), config, plan_study("audit", config, (), planner))
 
 
 @pytest.fixture(scope="module")

@@ -8,12 +8,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import Study, load_study, plan_overrides
 from rl_design_space.report.curves import CurvesFigure
-from rl_design_space.report.runs import Runs
-from rl_design_space.sweep.compose import Composer, shipped_config
-from rl_design_space.sweep.study import Study, load_study, plan_overrides
+from rl_design_space.report.study_runs import Runs
 from tests.report.readers import LearningReader
 
 SWEEP = ["task.periods=6", "task.trials=12", "world.size=4", "exploration=linear", "exploration.k=0.02,0.05"]
@@ -30,9 +31,12 @@ FIGURE = CurvesFigure(
 @pytest.fixture(scope="module")
 def study() -> Study:
     with shipped_config():
-        composer = Composer()
+        planner = Planner()
         return Study(
-            "mine", (), composer.config(()), plan_overrides([*SWEEP, "representation=ad_hoc,direction"], composer)
+            "mine",
+            (),
+            planner.composer.config(()),
+            plan_overrides([*SWEEP, "representation=ad_hoc,direction"], planner),
         )
 
 

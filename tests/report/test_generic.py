@@ -12,13 +12,13 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+from rl_design_space.commands import figures as command
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
+from rl_design_space.plan.planner import plan_point
 from rl_design_space.report import Compare, Curves, Heatmap, Sensitivity
-from rl_design_space.report.generic import command
 from rl_design_space.report.generic.selection import Selection
-from rl_design_space.sweep.compose import compose
-from rl_design_space.tracking.runs import of_newest_code
+from rl_design_space.tracking.run_frame import of_newest_code
 from tests.tracking.stores import copy_database, options, record, tracker_at
 
 SIZE = ("task.periods=6", "task.trials=5", "world.size=4", "exploration=linear")
@@ -29,7 +29,7 @@ OVERRIDES = [
     for k in (0.02, 0.05, 0.1)
     if (name, k) != ("direction", 0.05)
 ]
-LEARNED = {overrides: simulate(compose([*SIZE, *overrides]).point) for overrides in OVERRIDES}
+LEARNED = {overrides: simulate(plan_point([*SIZE, *overrides]).point) for overrides in OVERRIDES}
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> P
     copy_database(empty_database, folder / "mlflow.db")
     tracker = tracker_at(folder / "mlflow.db")
     for overrides, curves in LEARNED.items():
-        record(tracker, replace(compose([*SIZE, *overrides]), studies=("mine",)), curves)
+        record(tracker, replace(plan_point([*SIZE, *overrides]), studies=("mine",)), curves)
     return folder
 
 
@@ -181,8 +181,8 @@ def test_runs_of_earlier_code_are_left_out_option_by_option():
 
 
 def test_a_study_carries_its_own_figures(outputs: Path, tmp_path: Path):
-    from rl_design_space.report.cli import write_report
-    from rl_design_space.user_config import used
+    from rl_design_space.commands.report import write_report
+    from rl_design_space.config.user_config import used
 
     study = tmp_path / "conf" / "study" / "own.yaml"
     study.parent.mkdir(parents=True)

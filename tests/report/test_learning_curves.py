@@ -12,12 +12,13 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning import simulate
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import Study, load_study, plan_overrides
 from rl_design_space.report import CurvesFigure
 from rl_design_space.report.curves_picture import DASHES, draw
-from rl_design_space.report.runs import Runs
-from rl_design_space.sweep.compose import Composer, shipped_config
-from rl_design_space.sweep.study import Study, load_study, plan_overrides
+from rl_design_space.report.study_runs import Runs
 from tests.report.readers import LearningReader
 
 SWEEP = ["task.periods=8", "task.trials=10", "world.size=4", "exploration=linear", "exploration.k=0.02,0.05,0.1"]
@@ -32,8 +33,8 @@ SHIPPED = ["fig2", "fig3", "fig4", "fig5"]
 @pytest.fixture(scope="module")
 def study() -> Study:
     with shipped_config():
-        composer = Composer()
-        return Study("mine", (), composer.config(()), plan_overrides(SWEEP, composer))
+        planner = Planner()
+        return Study("mine", (), planner.composer.config(()), plan_overrides(SWEEP, planner))
 
 
 @pytest.fixture(scope="module")

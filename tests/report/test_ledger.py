@@ -9,11 +9,12 @@ import pandas as pd
 import pytest
 
 from rl_design_space.analysis.claims import Verdict
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import Study, load_study, plan_overrides
 from rl_design_space.report.ledger import ClaimsLedger, claims_frame, parts_frame
-from rl_design_space.report.runs import Runs
-from rl_design_space.sweep.compose import Composer, shipped_config
-from rl_design_space.sweep.study import Study, load_study, plan_overrides
+from rl_design_space.report.study_runs import Runs
 from tests.report.readers import LearningReader
 
 LEVEL, RATIO = "rl_design_space.analysis.parts.Level", "rl_design_space.analysis.parts.Ratio"
@@ -24,8 +25,8 @@ SWEEP = ["task.periods=40", "task.trials=12", "task.goals=1", "exploration=linea
 def study() -> Study:
     """Two sizes of one point; the ledger is not of a file."""
     with shipped_config():
-        composer = Composer()
-        return Study("mine", (), composer.config(()), plan_overrides(SWEEP, composer))
+        planner = Planner()
+        return Study("mine", (), planner.composer.config(()), plan_overrides(SWEEP, planner))
 
 
 def ratio(low: float, **more: object) -> dict:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
-from rl_design_space.report.runs import Runs
-from rl_design_space.sweep.compose import Composer, shipped_config
-from rl_design_space.sweep.study import plan_overrides
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import plan_overrides
+from rl_design_space.report.study_runs import Runs
 from tests.report.readers import LearningReader
 
 SWEEP = ["task.periods=2", "task.trials=3", "exploration=linear", "world.size=4,5", "msa.lengths=[],[2],[2,3]"]
@@ -18,7 +19,7 @@ SWEEP = ["task.periods=2", "task.trials=3", "exploration=linear", "world.size=4,
 @pytest.fixture(scope="module")
 def plan():
     with shipped_config():
-        return plan_overrides(SWEEP, Composer())
+        return plan_overrides(SWEEP, Planner())
 
 
 def test_points_are_chosen_by_values(plan):

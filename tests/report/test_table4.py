@@ -11,11 +11,11 @@ import pytest
 from PIL import Image
 
 from rl_design_space.analysis.statistics import mean_estimate
+from rl_design_space.commands.report import write_report
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.study import load_study
 from rl_design_space.report import PublishedTable
-from rl_design_space.report.cli import write_report
-from rl_design_space.sweep.compose import shipped_config
-from rl_design_space.sweep.study import load_study
 from tests.report.conftest import MISSING, OVERRIDES, PUBLISHED, Small
 
 #: Table 4 of the paper: a row a grid size; ad hoc with 1, 2, 3 goals, then direction with 1, 2, 3 goals.

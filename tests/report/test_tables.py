@@ -11,15 +11,15 @@ import pytest
 
 from rl_design_space.analysis.quality import Quality
 from rl_design_space.analysis.statistics import Estimate
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.study import Study, load_study
 from rl_design_space.report.grades import GRADES, Cell, Grading, cells_frame
 from rl_design_space.report.property_map import PropertyMap
 from rl_design_space.report.quality_map import QualityMap
-from rl_design_space.report.runs import Runs
 from rl_design_space.report.scenario import Scenario
 from rl_design_space.report.state_space import StateSpace
-from rl_design_space.sweep.compose import shipped_config
-from rl_design_space.sweep.study import Study, load_study
+from rl_design_space.report.study_runs import Runs
 from tests.report.readers import LearningReader
 
 #: Tables 1 and 3 of the paper: situation information, aliasing, implementability, size, generalisation; speed, quality,

@@ -7,7 +7,7 @@ import signal
 import subprocess
 from pathlib import Path
 
-from tests.commands import SCRIPTS, environment
+from tests.command_runner import SCRIPTS, environment
 
 #: Put where Python looks when it starts: it kills the tracker process, or its whole process group, at stages that the
 #: environment names, each once. Nothing of the program knows about it.

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rl_design_space.learning import LearningCurves, simulate
-from rl_design_space.sweep.compose import compose
-from rl_design_space.sweep.plan import Plan, PlannedPoint
+from rl_design_space.plan.plan import Plan, PlannedPoint
+from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking import MlflowTracking
 from rl_design_space.tracking.courier import Left
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
@@ -58,7 +58,7 @@ class AtOnce:
 def tracker_at(database: Path, command: str = "rl-design-space", **others: object) -> MlflowTracker:
     """A tracker that writes in this process."""
     chosen = options(database, **others)
-    return MlflowTracker(chosen, command, AtOnce(chosen))
+    return chosen.open(command, AtOnce(chosen))
 
 
 def record(tracker: MlflowTracker, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
@@ -85,5 +85,5 @@ def copy_database(source: Path, target: Path) -> None:
 
 
 def learned(*overrides: str) -> tuple[PlannedPoint, LearningCurves]:
-    planned = compose([*TINY, *overrides])
+    planned = plan_point([*TINY, *overrides])
     return planned, simulate(planned.point, threads=1)

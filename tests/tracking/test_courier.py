@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.courier import Courier
 from rl_design_space.tracking.spool import POINT, Record, Spool
-from rl_design_space.tracking.store import StoreAddress
 
 RECORD = Record(POINT, "a", {})
 

@@ -9,7 +9,7 @@ from threading import Event
 
 import pytest
 
-from rl_design_space.sweep.plan import Plan
+from rl_design_space.plan.plan import Plan
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
 from rl_design_space.tracking.spool import Spool, point_name
 from rl_design_space.tracking.tracker import SweepEnding
@@ -33,7 +33,7 @@ def client(database: Path):
 
 @pytest.fixture
 def tracker(database: Path) -> MlflowTracker:
-    return MlflowTracker(options(database), "rl-design-space", Nobody())
+    return options(database).open("rl-design-space", Nobody())
 
 
 @pytest.fixture
@@ -182,7 +182,7 @@ def test_a_point_that_another_spool_has_delivered_is_not_doubled(tracker, spool,
 def test_a_run_that_another_spool_is_writing_is_left_alone(tracker, spool, database: Path, client):
     planned, curves = learned()
     tracker.record(planned, curves)
-    elsewhere = MlflowTracker(options(database, spool=str(database.parent / "elsewhere")), "", Nobody())
+    elsewhere = options(database, spool=str(database.parent / "elsewhere")).open("", Nobody())
     elsewhere.record(planned, curves)
     for _ in broken_at(client, "log_batch", 1, "before", PowerCutError()):
         with pytest.raises(PowerCutError):

@@ -15,8 +15,8 @@ from time import sleep
 
 import pytest
 
-from tests.commands import SCRIPTS, commands_in, environment
-from tests.sweep.kills import Store
+from tests.command_runner import SCRIPTS, commands_in, environment
+from tests.run.kills import Store
 from tests.tracking.faults import Sabotage
 from tests.tracking.stores import copy_database
 

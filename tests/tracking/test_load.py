@@ -131,7 +131,7 @@ def aged(database: Path) -> None:
 @pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How often all runs were read from the database."""
-    from rl_design_space.tracking.source import DatabaseSource
+    from rl_design_space.tracking.queries import DatabaseSource
 
     reads: list[int] = []
     runs = DatabaseSource.runs

@@ -15,8 +15,7 @@ import pytest
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
 from rl_design_space.tracking import mlflow_tracker
-from rl_design_space.tracking.claims import claims_path
-from rl_design_space.tracking.mlflow_tracker import MlflowTracker
+from rl_design_space.tracking.locks import claims_path
 from rl_design_space.tracking.record import params
 from rl_design_space.tracking.spool import Spool, point_name
 from tests.tracking.stores import COMMAND, learned, options, plan_of, record, runs, tracker_at
@@ -214,7 +213,7 @@ class Nobody:
 
 def test_what_is_kept_and_not_yet_delivered_counts_as_recorded(database: Path):
     chosen = options(database)
-    tracker = MlflowTracker(chosen, "", Nobody())
+    tracker = chosen.open("", Nobody())
     planned, curves = learned()
     planned = replace(planned, studies=("a",))
     assert tracker.claim(planned.fingerprint)
@@ -222,14 +221,14 @@ def test_what_is_kept_and_not_yet_delivered_counts_as_recorded(database: Path):
     # Its claim stays until the store has it.
     tracker.release(planned.fingerprint)
     assert not tracker.claim(planned.fingerprint)
-    for other in (tracker, MlflowTracker(chosen, "", Nobody())):
+    for other in (tracker, chosen.open("", Nobody())):
         assert other.recorded_meanwhile(planned.fingerprint) is not None
         kept = other.finished([planned.fingerprint])[planned.fingerprint]
         assert (kept.run_id, kept.studies, kept.scalars) == ("", {"a"}, curves.scalars((4, 4)))
 
 
 def test_a_damaged_record_is_set_aside_and_does_not_count(database: Path):
-    tracker = MlflowTracker(options(database), "", Nobody())
+    tracker = options(database).open("", Nobody())
     planned, curves = learned()
     tracker.record(planned, curves)
     path = tracker._spool.folder / point_name(planned.fingerprint)
@@ -242,7 +241,7 @@ def test_a_damaged_record_is_set_aside_and_does_not_count(database: Path):
 
 
 def test_a_result_that_cannot_be_written_waits_for_room(database: Path, monkeypatch: pytest.MonkeyPatch):
-    tracker = MlflowTracker(options(database), "", Nobody())
+    tracker = options(database).open("", Nobody())
     planned, curves = learned()
     write, attempts = Spool.write, []
 
@@ -263,7 +262,7 @@ def test_a_disk_that_stays_full_is_told(database: Path, monkeypatch: pytest.Monk
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    tracker = MlflowTracker(options(database, patience=0.05), "", Nobody())
+    tracker = options(database, patience=0.05).open("", Nobody())
     monkeypatch.setattr(mlflow_tracker, "_PAUSE", 0.01)
     monkeypatch.setattr(Spool, "write", full)
     for _ in range(2):
@@ -272,7 +271,7 @@ def test_a_disk_that_stays_full_is_told(database: Path, monkeypatch: pytest.Monk
 
 
 def test_claims_of_a_server_lie_where_all_processes_of_the_user_find_them(monkeypatch, tmp_path: Path):
-    monkeypatch.setattr("rl_design_space.tracking.claims.gettempdir", lambda: str(tmp_path))
+    monkeypatch.setattr("rl_design_space.tracking.locks.gettempdir", lambda: str(tmp_path))
     one, same, other = (claims_path(uri) for uri in ("http://a:5000", "http://a:5000", "http://b:5000"))
     assert one == same != other
     assert one.is_relative_to(tmp_path)

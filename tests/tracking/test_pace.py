@@ -14,9 +14,9 @@ from time import sleep
 import pytest
 
 from rl_design_space.tracking import courier, process
+from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.courier import Courier
 from rl_design_space.tracking.spool import STUDIES, Record, Spool
-from rl_design_space.tracking.store import StoreAddress
 
 LOWEST, _PATIENCE = 19, 30
 

@@ -14,7 +14,7 @@ import pytest
 
 from rl_design_space.tracking.record import point_record
 from rl_design_space.tracking.spool import Spool
-from tests.commands import environment
+from tests.command_runner import environment
 from tests.tracking.stores import copy_database, learned, options
 
 POINTS = 3

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from rl_design_space.learning import LearningCurves
+from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.content import content_of, metrics
 from rl_design_space.tracking.record import point_record, result_of
 from rl_design_space.tracking.spool import DamagedRecordError, Record, Spool, _digest
-from rl_design_space.tracking.store import StoreAddress
 from tests.tracking.stores import learned
 
 PLANNED, CURVES = learned()

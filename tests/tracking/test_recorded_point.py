@@ -19,10 +19,10 @@ import rl_design_space
 from rl_design_space._paths import CONF
 from rl_design_space.design import DesignPoint
 from rl_design_space.learning import LearningCurves
-from rl_design_space.learning.curves import FINAL_TRIALS
 from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
-from rl_design_space.sweep.compose import compose
-from rl_design_space.sweep.plan import PlannedPoint
+from rl_design_space.learning.result import FINAL_TRIALS
+from rl_design_space.plan.plan import PlannedPoint
+from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking import content
 from rl_design_space.tracking.tracker import StoredRun
 from tests.tracking.stores import learned, tracker_at
@@ -89,7 +89,7 @@ def test_params_are_flat_and_named_as_on_the_command_line(recorded: Recorded):
 
 
 def test_the_params_of_a_run_are_overrides_that_make_its_point(recorded: Recorded):
-    again = compose([f"{name}={value}" for name, value in recorded.run.data.params.items()])
+    again = plan_point([f"{name}={value}" for name, value in recorded.run.data.params.items()])
     assert again.fingerprint == recorded.planned.fingerprint
 
 

@@ -14,7 +14,7 @@ from time import monotonic, sleep
 import pytest
 import requests
 
-from tests.commands import SCRIPTS, Completed, commands_in, environment
+from tests.command_runner import SCRIPTS, Completed, commands_in, environment
 from tests.servers import MlflowServer, Postgres, needs_postgres
 from tests.service import free_port
 from tests.tracking.stores import import_mlflow

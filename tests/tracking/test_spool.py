@@ -12,6 +12,7 @@ from filelock import Timeout
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.spool import (
     CLOSE,
     KINDS,
@@ -24,7 +25,6 @@ from rl_design_space.tracking.spool import (
     Spool,
     point_name,
 )
-from rl_design_space.tracking.store import StoreAddress
 
 ADDRESS = StoreAddress("sqlite:////srv/mlflow.db", "points", "sweeps")
 PLAIN = st.recursive(

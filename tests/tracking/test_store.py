@@ -13,8 +13,10 @@ import pytest
 from filelock import FileLock
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking import store
-from rl_design_space.tracking.store import StoreUnavailableError, connect, sqlite_path
+from rl_design_space.tracking import connection as store
+from rl_design_space.tracking.address import sqlite_path
+from rl_design_space.tracking.connection import connect
+from rl_design_space.tracking.store_errors import StoreUnavailableError
 from tests.tracking.stores import import_mlflow, tracker_at
 
 
@@ -48,7 +50,7 @@ def test_a_relative_path_is_that_of_the_current_folder(tmp_path: Path, monkeypat
 
 CREATES = """
 import sys
-from rl_design_space.tracking.store import connect
+from rl_design_space.tracking.connection import connect
 import mlflow.store.tracking.sqlalchemy_store
 print("ready", flush=True)
 sys.stdin.readline()

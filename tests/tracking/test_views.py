@@ -12,10 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning.names import CURVES, SCALARS
-from rl_design_space.sweep.compose import compose, shipped_config
-from rl_design_space.sweep.plan import Plan, PlannedPoint
-from rl_design_space.sweep.study import load_study
+from rl_design_space.plan.plan import Plan, PlannedPoint
+from rl_design_space.plan.planner import plan_point
+from rl_design_space.plan.study import load_study
 from rl_design_space.tracking.view_state import KIND, VIEW_TAG
 from rl_design_space.tracking.views import link, points_tags, points_view, study_view, sweeps_tags, sweeps_view
 from tests.tracking.stores import learned, tracker_at
@@ -158,9 +159,9 @@ def test_groups_are_few_and_parallel_coordinates_leave_out_no_run(axes: dict[str
 
 def test_each_study_of_a_plan_has_the_axes_of_its_own_points():
     points = [
-        replace(compose(["representation=ad_hoc"]), studies=("a", "b")),
-        replace(compose(["representation=direction"]), studies=("a",)),
-        replace(compose(["world.size=20"]), studies=("b",)),
+        replace(plan_point(["representation=ad_hoc"]), studies=("a", "b")),
+        replace(plan_point(["representation=direction"]), studies=("a",)),
+        replace(plan_point(["world.size=20"]), studies=("b",)),
     ]
     views = views_of(Plan(points, studies=("a", "b")))
     columns = {key: state["selectedColumns"] for key, state in views.items()}
@@ -186,14 +187,14 @@ def test_the_view_of_the_largest_study_is_a_tag_that_mlflow_takes():
 def test_a_study_of_everything_has_a_view_that_mlflow_takes():
     from mlflow.utils.validation import MAX_EXPERIMENT_TAG_VAL_LENGTH
 
-    names = [name for option in ("linear", "sigmoidal") for name in compose([f"exploration={option}"]).parameters]
+    names = [name for option in ("linear", "sigmoidal") for name in plan_point([f"exploration={option}"]).parameters]
     assert len(names) > 50
     _, text = study_view("all", {name: dict.fromkeys(map(str, range(10_000)), 1) for name in names}, CREATED)
     assert len(text) < MAX_EXPERIMENT_TAG_VAL_LENGTH
 
 
 def test_a_shard_has_the_view_of_the_whole():
-    one = compose([])
+    one = plan_point([])
     points = [
         PlannedPoint.of(replace(one.point, seed=seed), one.options, (f"seed={seed}",), ("a",)) for seed in range(120)
     ]

@@ -49,7 +49,7 @@ class Compare(Figure):
         """Pair, a, b, difference (b − a), low, high (95 %, paired by period), periods; all pairs together last."""
         import pandas as pd
 
-        from rl_design_space.analysis.runs import differing, resampled_means
+        from rl_design_space.analysis.averaging import differing, resampled_means
         from rl_design_space.analysis.statistics import mean_estimate, percentile_interval
         from rl_design_space.report.generic.selection import label, order, stratum
 

@@ -73,7 +73,7 @@ class Curves(Figure):
         """Mean curve of runs, and its interval where the periods are known."""
         import numpy as np
 
-        from rl_design_space.analysis.runs import resampled_means
+        from rl_design_space.analysis.averaging import resampled_means
         from rl_design_space.analysis.statistics import percentile_interval
         from rl_design_space.report.generic.selection import stratum
 

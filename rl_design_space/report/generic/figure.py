@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure as Drawing
 
+    from rl_design_space.plan.study import Study
     from rl_design_space.report.generic.selection import Selection
-    from rl_design_space.sweep.study import Study
     from rl_design_space.tracking.read import Reader
 
 

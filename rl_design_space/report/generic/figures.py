@@ -12,7 +12,7 @@ from rl_design_space._strict import STRICT
 from rl_design_space.report.generic.figure import Figure
 
 if TYPE_CHECKING:
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.curves import scaled_to_equal_steps
 from rl_design_space.learning.names import SCALARS
-from rl_design_space.report.runs import Periods
-from rl_design_space.tracking.runs import ABOUT, typed
+from rl_design_space.learning.result import scaled_to_equal_steps
+from rl_design_space.report.study_runs import Periods
+from rl_design_space.tracking.run_frame import ABOUT, typed
 from rl_design_space.tracking.tracker import StoredRun
 from rl_design_space.tracking.values import param
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rl_design_space.analysis.statistics import Estimate
-    from rl_design_space.sweep.study import Study
+    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 #: Runs that differ in this alone are repetitions of each other.
@@ -161,7 +161,7 @@ class Selection:
         Raises:
             ConfigError: there is no such scalar.
         """
-        from rl_design_space.analysis.runs import PER_PERIOD
+        from rl_design_space.analysis.averaging import PER_PERIOD
 
         if name not in SCALARS:
             raise ConfigError.unknown("scalar", name, SCALARS)
@@ -179,7 +179,7 @@ class Selection:
         Raises:
             ConfigError: there is no such scalar.
         """
-        from rl_design_space.analysis.runs import mean_of_runs
+        from rl_design_space.analysis.averaging import mean_of_runs
         from rl_design_space.analysis.statistics import Estimate
 
         runs = [point for point in points if point.run]
@@ -209,7 +209,7 @@ def check_averaged(points: Sequence[Point], where: str, advice: str, mean: bool)
     Raises:
         ConfigError: they differ; the parameters are named.
     """
-    from rl_design_space.analysis.runs import differing
+    from rl_design_space.analysis.averaging import differing
 
     others = [name for name in differing([point.parameters for point in points]) if name != SEED]
     if others and not mean:

@@ -45,7 +45,7 @@ class Sensitivity(Figure):
         """Line, parameter, value, low, high (95 % over periods), runs: a row a point of a line."""
         import pandas as pd
 
-        from rl_design_space.analysis.runs import differing
+        from rl_design_space.analysis.averaging import differing
         from rl_design_space.report.generic.selection import SEED, label
 
         points = [point for point in selection.recorded if point.parameters.get(self.parameter) is not None]

@@ -10,7 +10,7 @@ from hydra._internal.core_plugins.basic_launcher import BasicLauncher
 from hydra.core.utils import JobReturn
 
 if TYPE_CHECKING:
-    from rl_design_space.sweep.executor import Executor
+    from rl_design_space.run.executor import Executor
 
 
 class DesignLauncher(BasicLauncher):
@@ -30,17 +30,17 @@ class DesignLauncher(BasicLauncher):
         Args:
             threads: cores of this machine that may learn.
         """
-        from rl_design_space.sweep.executor import LocalExecutor
+        from rl_design_space.run.executor import LocalExecutor
 
         return LocalExecutor(threads)
 
     def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> Sequence[JobReturn]:
         """Run jobs for another sweeper."""
         # Not imported: that would set Hydra's version for whatever application this is.
-        cli = sys.modules.get("rl_design_space.cli")
+        cli = sys.modules.get("rl_design_space.commands.cli")
         if cli is None or self.task_function is not getattr(cli.application, "__wrapped__", None):
             return super().launch(job_overrides, initial_job_idx)
-        from rl_design_space.sweep.command import launch
+        from rl_design_space.commands.sweep import launch
 
         assert self.config is not None
         return launch(job_overrides, self.config, self)
@@ -59,7 +59,7 @@ class DesignDaskLauncher(DesignLauncher):
         self._address, self._chunk = address, chunk
 
     def executor(self, threads: int) -> Executor:
-        from rl_design_space.sweep.clusters.dask import DaskExecutor
+        from rl_design_space.run.clusters.dask import DaskExecutor
 
         return DaskExecutor(self._address, self._chunk, threads)
 
@@ -77,6 +77,6 @@ class DesignRayLauncher(DesignLauncher):
         self._address, self._chunk = address, chunk
 
     def executor(self, threads: int) -> Executor:
-        from rl_design_space.sweep.clusters.ray import RayExecutor
+        from rl_design_space.run.clusters.ray import RayExecutor
 
         return RayExecutor(self._address, self._chunk, threads)

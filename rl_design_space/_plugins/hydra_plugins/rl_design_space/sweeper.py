@@ -33,7 +33,7 @@ class DesignSweeper(Sweeper):
 
     def sweep(self, arguments: list[str]) -> Any:
         """Run the sweep that these task overrides ask for."""
-        from rl_design_space.sweep.command import sweep
+        from rl_design_space.commands.sweep import sweep
 
         assert self._config is not None
         assert self._launcher is not None

@@ -1,0 +1,99 @@
+"""The arguments of a command line, before Hydra gets them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hydra._internal.utils import get_args_parser
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
+
+from rl_design_space.config import user_config
+from rl_design_space.config.compose import check_options
+from rl_design_space.config.explain import explain
+from rl_design_space.config.overrides import is_setting
+from rl_design_space.errors import ConfigError, has_password, without_passwords
+
+_OWN_SWEEPER = "design"
+
+
+@dataclass(frozen=True)
+class CommandLine:
+    """A command line as it was typed, and how it is handed on.
+
+    A sweep's overrides are meant for its points, some of which choose other options than the defaults. Hydra would
+    check them against the defaults, so they are kept from it and go to our sweeper: `study=table4 exploration.k=0.05`.
+
+    Attributes:
+        typed: everything but the user's config folder.
+        for_hydra: what Hydra gets.
+        for_points: what the points of a sweep take over.
+        foreign: whether it asks for a sweep by another sweeper than ours.
+        runs: whether it asks for points, not for help or for a config.
+    """
+
+    typed: tuple[str, ...] = ()
+    for_hydra: tuple[str, ...] = ()
+    for_points: tuple[str, ...] = ()
+    foreign: bool = False
+    runs: bool = True
+
+    @property
+    def command(self) -> str:
+        """To be typed again."""
+        return shlex.join(["rl-design-space", *user_config.flags(), *self.typed])
+
+
+def read_command_line(arguments: Sequence[str]) -> CommandLine:
+    """Sort the arguments of a command line, and check them as far as that is possible before Hydra composes them.
+
+    Raises:
+        ConfigError: an argument holds a password, is not an override, gives a value where an option is needed, or the
+            flags and overrides do not go together.
+    """
+    for argument in arguments:
+        if has_password(argument):
+            raise ConfigError(
+                f"{without_passwords(argument)}: should not hold a password, for commands are recorded with runs; "
+                "docs/server.md says where it belongs"
+            )
+    flags = get_args_parser().parse_intermixed_args(arguments)
+    overrides = [override for override in flags.overrides if _is_override(override)]
+    try:
+        parsed = OverridesParser.create().parse_overrides(overrides)
+        check_options(parsed)
+    except HydraException as error:
+        raise explain(error) or error from error
+
+    if words := [word for word in flags.overrides if not _is_override(word) and not flags.shell_completion]:
+        raise ConfigError(f"{words[0]}: not an override; they look like key=value, e.g. exploration.k=0.02")
+    others = [name for name in ("cfg", "info", "help", "hydra_help", "shell_completion") if getattr(flags, name)]
+    if flags.multirun and others:
+        raise ConfigError(f"--multirun and --{others[0].replace('_', '-')} do not go together; leave one of them out")
+    values = {override.key_or_group: (override.input_line or "").partition("=")[2] for override in parsed}
+    sweeps = [f"{key}={values[key]}" for key in ("study", "plan", "shard") if values.get(key, "null") not in _OFF]
+    sweeper = values.get("hydra/sweeper", _OWN_SWEEPER)
+    if sweeper != _OWN_SWEEPER and sweeps:
+        raise ConfigError(f"{sweeps[0]} needs hydra/sweeper={_OWN_SWEEPER}, not {sweeper}")
+    # `study=null` is the default, which Hydra has no way to ask for once more.
+    asked = [override for override in flags.overrides if override != "study=null"]
+    # Flags first: Hydra itself does not understand overrides with flags between them.
+    in_order = [argument for argument in arguments if argument not in flags.overrides]
+    if sweeper != _OWN_SWEEPER or others or not (flags.multirun or sweeps):
+        return CommandLine(tuple(arguments), (*in_order, *asked), foreign=flags.multirun, runs=not others)
+    for_points = tuple(override for override in overrides if not is_setting(override))
+    settings = [override for override in asked if override not in for_points]
+    implied = [] if flags.multirun or flags.run else ["--multirun"]
+    return CommandLine(tuple(arguments), (*implied, *in_order, *settings), for_points)
+
+
+#: Values with which a setting asks for nothing.
+_OFF = ("null", "false")
+
+
+def _is_override(argument: str) -> bool:
+    """Whether an argument is an override; anything else is left to Hydra to refuse."""
+    return re.match(r"[+]*[A-Za-z_][^=]*=|~[A-Za-z_]", argument) is not None

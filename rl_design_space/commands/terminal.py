@@ -1,0 +1,128 @@
+"""What people see in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from rl_design_space.plan.plan import Plan, PlannedPoint
+from rl_design_space.run.runner import Outcome
+from rl_design_space.tracking.tracker import Settled, StoredRun, Tracker
+
+console = Console(highlight=False)
+#: Half the width of a 95 % interval, in standard errors.
+_NORMAL_95 = 1.96
+#: Values of an axis that a plan lists.
+_SHOWN_VALUES = 12
+_MINUTE, _HOUR = 60, 3600
+#: Seconds below which a tenth counts.
+_TENTHS = 10
+
+
+def point_table(planned: PlannedPoint, stored: StoredRun, location: str, learned: bool) -> Table:
+    """The choices of a point and what came of them."""
+    scalars = stored.scalars
+    table = Table(box=SIMPLE_HEAD, show_header=False, pad_edge=False)
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for group, option in planned.options.items():
+        table.add_row(group, _choice(planned, group, option))
+    table.add_row("task", _choice(planned, "task", ""))
+    table.add_row("seed", str(planned.point.seed))
+    table.add_row("fingerprint", planned.fingerprint, end_section=True)
+
+    total = f"{scalars['total_steps']:,.1f}"
+    if "total_steps_sem" in scalars:
+        total += f" ± {_NORMAL_95 * scalars['total_steps_sem']:,.1f} (95 %)"
+    table.add_row("total steps a period", total)
+    if "total_steps_scaled" in scalars:
+        table.add_row("… in steps of a 10×10 grid", f"{scalars['total_steps_scaled']:,.1f}")
+    table.add_row("failed", f"{scalars['failed_trials']:.2%} of trials, in {scalars['failed_periods']:.1%} of periods")
+    table.add_row("final steps over optimum", f"{scalars['final_steps_over_optimum']:.3f}")
+    table.add_row("rate", f"{scalars['env_steps_per_second'] / 1e6:.1f} million steps/s", end_section=True)
+    run = f"{stored.run_id} in {location}" if stored.run_id else location
+    table.add_row("MLflow run", escape(run if learned else f"{run}; recorded earlier, nothing to learn"))
+    return table
+
+
+def plan_table(plan: Plan) -> Table:
+    """The axes of a plan, and how many points have each value."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("axis", style="bold", no_wrap=True)
+    table.add_column("values", justify="right")
+    table.add_column("points with each value", overflow="fold")
+    for name, counts in plan.axes.items():
+        shown = [f"{value} ({count})" for value, count in list(counts.items())[:_SHOWN_VALUES]]
+        more = [f"… and {len(counts) - _SHOWN_VALUES} more"] if len(counts) > _SHOWN_VALUES else []
+        table.add_row(escape(name), str(len(counts)), escape("  ".join(shown + more)))
+    return table
+
+
+def plan_lines(plan: Plan) -> list[str]:
+    """How the points of a plan were counted."""
+    dropped = [f"- {each.count:,} dropped by {each.constraint} of {each.study}: {each.why}" for each in plan.dropped]
+    repeated = [f"- {plan.duplicates:,} that are the same point as another one"] if plan.duplicates else []
+    return [counted(plan.combinations, "combination"), *dropped, *repeated, f"= {counted(plan.whole, 'point')}"]
+
+
+def counted(number: int, what: str) -> str:
+    """A number of things: `1 point`, `2,000 points`."""
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def outcome_line(plan: Plan, outcome: Outcome, location: str) -> str:
+    """What became of a sweep, and what its time was spent on."""
+    counts = outcome.counts
+    parts = [f"{counts['done']:,} learned now", f"{counts['already']:,} before"]
+    if counts["elsewhere"]:
+        parts.append(f"{counts['elsewhere']:,} by another process")
+    parts.append(f"{counts['failed']:,} failed")
+    if counts["left"]:
+        parts.append(f"{counts['left']:,} not run")
+    spent = ", ".join(f"{name} {duration(seconds)}" for name, seconds in outcome.seconds.items())
+    return f"{plan.name}: {counted(len(plan), 'point')}, {', '.join(parts)}; in {location} ({spent})"
+
+
+def awaiting_line(settled: Settled, tracker: Tracker) -> str:
+    """How many results the store does not have, why, and what to do about it."""
+    results = counted(settled.awaiting, "result")
+    return (
+        f"{results} of this and earlier commands safe on disk, not yet in {tracker.location}: {settled.why}\n"
+        "to deliver when it is back: rl-design-space sync"
+    )
+
+
+def duration(seconds: float) -> str:
+    """A time span for people: `48 s`, `3 min 20 s`, `2 h 05 min`."""
+    whole = round(seconds)
+    if whole < _MINUTE:
+        return f"{seconds:.1f} s" if seconds < _TENTHS else f"{whole} s"
+    if whole < _HOUR:
+        return f"{whole // _MINUTE} min {whole % _MINUTE:02} s"
+    return f"{whole // _HOUR} h {whole % _HOUR // _MINUTE:02} min"
+
+
+def failure_table(plan: Sequence[PlannedPoint], failed: Mapping[str, str]) -> Table:
+    """Every point that failed, why, and the command that runs it again."""
+    table = Table(box=SIMPLE_HEAD, title="Failures")
+    for heading in ("failed point", "error", "run it again"):
+        table.add_column(heading, overflow="fold")
+    for planned in plan:
+        if error := failed.get(planned.fingerprint):
+            table.add_row(escape(planned.name), escape(error), escape(planned.command))
+    return table
+
+
+def _choice(planned: PlannedPoint, group: str, option: str) -> str:
+    """An option and its values, e.g. `linear (start=0.9 k=0.03)`."""
+    values = [
+        f"{name.removeprefix(f'{group}.')}={value}"
+        for name, value in planned.parameters.items()
+        if name.startswith(f"{group}.")
+    ]
+    listed = " ".join(values)
+    return escape(f"{option} ({listed})" if option and listed else option or listed)

@@ -1,0 +1,107 @@
+"""Starter files of an own component or study, with a test that passes."""
+
+from __future__ import annotations
+
+import argparse
+import keyword
+import re
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+from rl_design_space._paths import CONF
+from rl_design_space.config import user_config
+from rl_design_space.errors import ConfigError
+
+#: What can be made: config groups.
+KINDS = ("exploration", "msa", "representation", "reward", "study", "world")
+_TEMPLATES = Path(__file__).parent / "templates"
+#: The config folder if none is named.
+_USUAL = "conf"
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Write starter files, and say what to type next.
+
+    Raises:
+        ConfigError: there is no such kind, or the name cannot be used.
+    """
+    parser = argparse.ArgumentParser(
+        prog="rl-design-space new",
+        description="Write a module, an option and a test to start an own component from; docs/components.md has more.",
+        epilog=f"KIND is one of {', '.join(KINDS)}. {user_config.FLAG} DIR names another config folder than {_USUAL}.",
+    )
+    parser.add_argument("kind", metavar="KIND", help="what to make, e.g. representation")
+    parser.add_argument("name", metavar="NAME", help="of the option and its module, e.g. rings")
+    parsed = parser.parse_args(arguments)
+    folder = user_config.user_folder() or Path.cwd() / _USUAL
+    for path in write_starter(parsed.kind, parsed.name, folder):
+        print(f"wrote {user_config.shown(path)}")
+    print("next:")
+    for command in _commands(parsed.kind, parsed.name, folder):
+        print(f"  {command}")
+
+
+def write_starter(kind: str, name: str, folder: Path) -> list[Path]:
+    """Write the starter files of a component or a study.
+
+    Args:
+        kind: one of `KINDS`.
+        name: of the option, the module and the test.
+        folder: of config files; module and test lie beside it.
+
+    Returns:
+        The files written.
+
+    Raises:
+        ConfigError: there is no such kind, the name cannot be used, or a file exists.
+    """
+    if kind not in KINDS:
+        raise ConfigError.unknown("kind", kind, KINDS)
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
+        raise ConfigError.at("NAME", name, "should be the name of a Python module, in small letters, e.g. rings")
+    if (CONF / kind / f"{name}.yaml").is_file():
+        raise ConfigError.at("NAME", name, f"there is a shipped {kind} of this name, which yours would shadow")
+    texts = _texts(kind, name, folder)
+    if existing := [user_config.shown(path) for path in texts if path.exists()]:
+        raise ConfigError(f"{', '.join(existing)}: there already; nothing was written")
+    if kind != "study" and (known := find_spec(name)):
+        raise ConfigError.at("NAME", name, f"there is a module of this name already, {known.origin}")
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return list(texts)
+
+
+def _texts(kind: str, name: str, folder: Path) -> dict[Path, str]:
+    """Every file with its content."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    # What is made is Python and YAML.
+    templates = Environment(loader=FileSystemLoader(_TEMPLATES), undefined=StrictUndefined, keep_trailing_newline=True)
+    words = {"kind": kind, "name": name, "class": _class_name(name), "conf": folder.name}
+    files = {folder / kind / f"{name}.yaml": f"{kind}.yaml"}
+    if kind == "study":
+        files[_test(kind, name, folder)] = "test_study.py"
+    else:
+        files = {folder.parent / f"{name}.py": f"{kind}.py", **files, _test(kind, name, folder): "test_component.py"}
+    return {path: templates.get_template(f"{source}.jinja").render(words) for path, source in files.items()}
+
+
+def _test(kind: str, name: str, folder: Path) -> Path:
+    """Where the test lies: a study may be called after the component that it is about."""
+    return folder.parent / (f"test_study_{name}.py" if kind == "study" else f"test_{name}.py")
+
+
+def _class_name(name: str) -> str:
+    return "".join(part.capitalize() for part in name.split("_"))
+
+
+def _commands(kind: str, name: str, folder: Path) -> list[str]:
+    flags = f"{user_config.FLAG} {user_config.shown(folder)}"
+    run = f"rl-design-space {flags}"
+    tests = [] if find_spec("pytest") else ["pip install pytest"]
+    tests.append(f"python -m pytest {user_config.shown(_test(kind, name, folder))}")
+    if kind == "study":
+        return [*tests, f"{run} study={name} plan=true", f"{run} study={name}", f"rl-design-report {flags} {name}"]
+    return [*tests, f"{run} {kind}={name} task.periods=50"]

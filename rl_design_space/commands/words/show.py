@@ -1,0 +1,41 @@
+"""Show an option with its parameters, a study with its points, or a key: what it takes, and its default."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+
+from rl_design_space.commands.lookup import question
+
+_ABOUT = "CHOICE=OPTION, study=NAME, CHOICE, or a key such as seed, task, exploration.k; schemas: those of config files"
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Print what is known of one thing.
+
+    Raises:
+        ConfigError: there is no such thing.
+    """
+    parser = argparse.ArgumentParser(
+        prog="rl-design-space show",
+        description="Show an option with its parameters, a study with its points, or a key.",
+        epilog="examples: rl-design-space show exploration=linear; rl-design-space show study=table4 world.size=10,15; "
+        "rl-design-space show task",
+    )
+    asked = question(parser, arguments, "SUBJECT", _ABOUT)
+    from rl_design_space.catalogue.search import searched
+    from rl_design_space.commands.answers import answer
+
+    assert asked.subject is not None
+    of_points = [override for override in asked.overrides if override not in asked.searchpath]
+    with searched(asked.config_dir, asked.searchpath) as search:
+        found = answer(search, asked.subject, of_points)
+    if asked.json:
+        print(json.dumps(found.record, indent=2, ensure_ascii=False))
+        return
+    from rl_design_space.commands.terminal import console
+
+    for part in found.parts:
+        # Lines are left whole, so that what they name can be copied; paragraphs and tables fit the window.
+        console.print(part, markup=False, soft_wrap=isinstance(part, str))

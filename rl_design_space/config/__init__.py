@@ -1,0 +1,1 @@
+"""Hydra: from config files and overrides to validated components, and its errors as messages."""

@@ -1,0 +1,177 @@
+"""Points from overrides without composing each one: options are read once each, points put together from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import fields
+from typing import Any, NamedTuple
+
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import ValueType
+from hydra.errors import HydraException
+from hydra.plugins.config_source import ConfigResult
+from omegaconf import OmegaConf
+
+from rl_design_space.config.build import build
+from rl_design_space.config.overrides import SETTINGS, is_setting
+from rl_design_space.design import DesignPoint
+from rl_design_space.errors import ConfigError
+
+#: Values that only a whole config can resolve.
+_UNRESOLVED = ("${", "???")
+_FIELDS = tuple(field.name for field in fields(DesignPoint))
+
+
+class Parts(NamedTuple):
+    """What a point is put together from: the built value of each of its fields, and the names of the options."""
+
+    values: Mapping[str, Any]
+    options: Mapping[str, str]
+
+
+class _NotPlainError(Exception):
+    """Hydra has to compose this one."""
+
+
+class _Choice(NamedTuple):
+    group: str
+    option: str
+
+
+class _Value(NamedTuple):
+    field: str
+    path: tuple[str, ...]
+    value: Any
+
+
+class Assembler:
+    """Builds the parts of points from options and values, where that gives what Hydra would compose.
+
+    It does where every option file is plain: it lies at its own group, has no defaults of its own, and neither files
+    nor overrides interpolate. Everything else is left to Hydra.
+
+    Args:
+        repository: of config files, as Hydra searches them.
+        primary: name of the primary config.
+        defaults: the composed primary config, with its choices.
+        groups: config groups that are design choices.
+        parser: of overrides.
+    """
+
+    def __init__(
+        self, repository: Any, primary: str, defaults: Any, groups: Sequence[str], parser: OverridesParser
+    ) -> None:
+        self._repository = repository
+        self._groups = frozenset(groups)
+        self._parser = parser
+        choices = defaults.hydra.runtime.choices
+        self._options = {group: str(choices.get(group)) for group in groups}
+        rest = [field for field in _FIELDS if field not in self._groups]
+        self._rest: Any = OmegaConf.to_container(OmegaConf.masked_copy(defaults, rest))
+        self._parsed: dict[str, _Choice | _Value | None] = {}
+        self._nodes: dict[tuple[str, str], dict[str, Any] | None] = {}
+        self._components: dict[tuple[str, ...], Any] = {}
+        self._shared: dict[tuple[str, ...], Mapping[str, str]] = {}
+        # Nothing but an option's own file may say what is in its group, be it the primary config or another file.
+        self._usable = not self._groups & set(repository.load_config(primary).config) and all(
+            self._node(group, option) == OmegaConf.to_container(defaults[group])
+            for group, option in self._options.items()
+        )
+
+    def __call__(self, overrides: Sequence[str]) -> Parts | None:
+        """The parts that these overrides choose, or None if it takes Hydra to compose them, or to say what is wrong."""
+        if not self._usable:
+            return None
+        try:
+            return self._assemble(overrides)
+        except (_NotPlainError, ConfigError, HydraException):
+            return None
+
+    def _assemble(self, overrides: Sequence[str]) -> Parts:
+        options, values = dict(self._options), dict[str, list[str]]()
+        for override in overrides:
+            parsed = self._parse(override)
+            if isinstance(parsed, _Choice):
+                options[parsed.group] = parsed.option
+            elif parsed:
+                values.setdefault(parsed.field, []).append(override)
+        built = {field: self._component(field, options.get(field), values.get(field, ())) for field in _FIELDS}
+        return Parts(built, self._shared.setdefault(tuple(options.values()), options))
+
+    def _parse(self, override: str) -> _Choice | _Value | None:
+        """What an override says of a point; nothing if it is a setting."""
+        if override not in self._parsed:
+            if is_setting(override):
+                self._check_setting(override)
+            self._parsed[override] = None if is_setting(override) else self._parse_new(override)
+        return self._parsed[override]
+
+    def _check_setting(self, text: str) -> None:
+        """A setting may choose a file that says something of the point, too; nothing but Hydra knows what."""
+        override = self._parser.parse_override(text)
+        path = f"{override.key_or_group}/{override.value()}"
+        if override.key_or_group in SETTINGS and self._repository.config_exists(path):
+            found = self._repository.load_config(path)
+            if _reaches_out(found):
+                raise _NotPlainError
+
+    def _parse_new(self, text: str) -> _Choice | _Value:
+        override = self._parser.parse_override(text)
+        plain = override.type.name == "CHANGE" and override.value_type == ValueType.ELEMENT and not override.package
+        value = override.value() if plain else None
+        if not plain or any(mark in str(value) for mark in _UNRESOLVED):  # in the text they may be escaped
+            raise _NotPlainError
+        field, *path = override.key_or_group.split(".")
+        if not path and field in self._groups:
+            if not isinstance(value, str):
+                raise _NotPlainError
+            return _Choice(field, value)
+        if field not in _FIELDS or isinstance(value, dict):
+            raise _NotPlainError
+        return _Value(field, tuple(path), value)
+
+    def _component(self, field: str, option: str | None, overrides: Sequence[str]) -> Any:
+        """The value of a point's field; equal ones are one object, which keeps thousands of points small."""
+        key = (field, option or "", *overrides)
+        if key not in self._components:
+            node = self._node(field, option) if option else self._rest[field]
+            if node is None:
+                raise _NotPlainError
+            holder = {field: deepcopy(node)}
+            for override in overrides:
+                _put(holder, self._parsed[override])
+            self._components[key] = build(field, holder[field])
+        return self._components[key]
+
+    def _node(self, group: str, option: str) -> dict[str, Any] | None:
+        """What an option's file says, if that is all that choosing it means."""
+        if (group, option) not in self._nodes:
+            self._nodes[group, option] = self._load(f"{group}/{option}")
+        return self._nodes[group, option]
+
+    def _load(self, path: str) -> dict[str, Any] | None:
+        if not self._repository.config_exists(path):
+            return None
+        found = self._repository.load_config(path)
+        node: Any = OmegaConf.to_container(found.config)
+        plain = not _reaches_out(found) and isinstance(node, dict)
+        return node if plain and not any(mark in str(node) for mark in _UNRESOLVED) else None
+
+
+def _reaches_out(found: ConfigResult) -> bool:
+    """Whether choosing a config file may say something outside of its own group."""
+    listed = [default for default in found.defaults_list or () if not default.is_self()]
+    return bool(listed or found.header.get("package"))
+
+
+def _put(node: dict[str, Any], value: _Choice | _Value | None) -> None:
+    """Replace one value that is there already."""
+    assert isinstance(value, _Value)
+    *parents, last = (value.field, *value.path)
+    inner: Any = node
+    for name in parents:
+        inner = inner.get(name) if isinstance(inner, dict) else None
+    if not isinstance(inner, dict) or last not in inner or isinstance(inner[last], dict):
+        raise _NotPlainError
+    inner[last] = value.value

@@ -1,0 +1,108 @@
+"""From a composed config to validated values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import Any, TypeVar
+
+from hydra.errors import InstantiationException
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from pydantic import ValidationError
+
+from rl_design_space.config.explain import explain, invalid
+from rl_design_space.config.overrides import SETTINGS
+from rl_design_space.config.target import check_fields, class_of
+from rl_design_space.design import DesignPoint
+from rl_design_space.errors import ConfigError
+
+Built = TypeVar("Built")
+
+_CHOICES = frozenset(field.name for field in fields(DesignPoint))
+
+
+def build_values(config: DictConfig) -> dict[str, Any]:
+    """The value of each field of the design point that a composed config describes.
+
+    Raises:
+        ConfigError: a key is missing, unknown or has a value that is not allowed.
+    """
+    choices = [field.name for field in fields(DesignPoint)]
+    for key in config:
+        if key not in (*choices, *SETTINGS):
+            raise ConfigError.unknown("key", str(key), [*choices, *SETTINGS])
+    return {choice: build_component(config, choice) for choice in choices}
+
+
+def make_point(values: Mapping[str, Any]) -> DesignPoint:
+    """The point of these choices, each built.
+
+    Raises:
+        ConfigError: they do not go together.
+    """
+    return construct(DesignPoint, values)
+
+
+def build_component(config: DictConfig, key: str) -> Any:
+    """The value at one top-level key: what its `_target_` makes of its fields, or the plain value.
+
+    Raises:
+        ConfigError: as `build_values`.
+    """
+    return build(key, plain(config, key))
+
+
+def build(key: str, node: Any) -> Any:
+    """The same for a node that is plain Python already; `key` is where it stands."""
+    if not isinstance(node, Mapping):
+        return node
+    if "_target_" not in node:
+        raise ConfigError.at(f"{key}._target_", "???", "should name the class of this option")
+    kind = class_of(key, node["_target_"])
+    check_fields(key, kind, node)
+    try:
+        if key not in _CHOICES:
+            return instantiate(node, _convert_="all")
+        prepared = instantiate(node, _convert_="all", _partial_=True)
+        return prepared.func(**{name: _as_value(value) for name, value in prepared.keywords.items()})
+    except Exception as raised:
+        error = raised.__cause__ or raised if isinstance(raised, InstantiationException) else raised
+        if isinstance(error, ValidationError):
+            raise invalid(key, error, [field.name for field in fields(kind)]) from raised
+        raise ConfigError(f"{key}: {error}".replace("\n", " ")) from raised
+
+
+def _as_value(value: Any) -> Any:
+    """Lists as tuples: a component is a value, equal to its copies and with a hash."""
+    return tuple(map(_as_value, value)) if isinstance(value, list) else value
+
+
+def construct(kind: Callable[..., Built], values: Mapping[str, Any], prefix: str = "") -> Built:
+    """A validated dataclass with these values.
+
+    Raises:
+        ConfigError: a value is missing, unknown or not allowed; `prefix` is where they stand.
+    """
+    try:
+        return kind(**values)
+    except ValidationError as error:
+        raise invalid(prefix, error, [field.name for field in fields(kind)]) from error  # type: ignore[arg-type]
+
+
+def plain(config: DictConfig, key: str) -> Any:
+    """The value at a top-level key as plain Python, everything resolved.
+
+    Raises:
+        ConfigError: a value is still `???`, or an interpolation finds nothing.
+    """
+    if key not in config and not OmegaConf.is_missing(config, key):
+        raise ConfigError(f"{key}: missing; leave it in, or name exactly one option")
+    try:
+        node = config[key]
+        if OmegaConf.is_config(node):
+            return OmegaConf.to_container(node, resolve=True, throw_on_missing=True)
+        return node
+    except OmegaConfBaseException as error:
+        raise explain(error) or error from error

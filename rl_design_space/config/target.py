@@ -1,0 +1,92 @@
+"""The class that a `_target_` names, and what is wrong with the name or with its module."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from pkgutil import resolve_name
+from traceback import extract_tb
+from typing import Any
+
+from rl_design_space.config import user_config
+from rl_design_space.errors import ConfigError
+
+
+def class_of(key: str, target: object) -> Any:
+    """The class that a `_target_` names.
+
+    Args:
+        key: of the option, e.g. `world`.
+        target: module and class, e.g. `mine.Ring`.
+
+    Raises:
+        ConfigError: it cannot be imported, or is no dataclass.
+    """
+    where = f"{key}._target_"
+    if not isinstance(target, str):
+        raise ConfigError.at(where, target, "should name a class, as in module.Class")
+    try:
+        kind = resolve_name(target)
+    except ModuleNotFoundError as error:
+        raise ConfigError.at(where, target, f"cannot be imported: {_not_found(target, error)}") from error
+    except AttributeError as error:
+        raise ConfigError.at(where, target, f"cannot be imported: {_no_such_name(target, error)}") from error
+    except SyntaxError as error:
+        raise ConfigError.at(
+            where, target, f"cannot be imported: {error.filename}:{error.lineno}: {error.msg}"
+        ) from error
+    except Exception as error:  # a module may raise anything when it is imported
+        place = extract_tb(error.__traceback__)[-1]
+        reason = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
+        raise ConfigError.at(where, target, f"cannot be imported: {reason}") from error
+    if not is_dataclass(kind):
+        raise ConfigError.at(where, target, "should be a frozen dataclass")
+    return kind
+
+
+def check_fields(key: str, kind: Any, node: Mapping[str, Any]) -> None:
+    """Refuse keys that a class has no field for, and fields without a value.
+
+    Raises:
+        ConfigError: names the key.
+    """
+    known = {field.name: field for field in fields(kind) if field.init}
+    for name in node:
+        if name not in known and not str(name).startswith("_"):
+            raise ConfigError.unknown("key", str(name), known, f"{key}.")
+    for name, field in known.items():
+        if name not in node and field.default is MISSING and field.default_factory is MISSING:
+            raise ConfigError.at(f"{key}.{name}", "???", f"needs a value; {kind.__name__} has no default for it")
+
+
+def _not_found(target: str, error: ModuleNotFoundError) -> str:
+    """Where a module was looked for, or which other one it is that a module of the user's own lacks."""
+    module = target.partition(":")[0].partition(".")[0]
+    if error.name != module:
+        place = extract_tb(error.__traceback__)[-1]
+        importing = (
+            ""
+            if "importlib" in place.filename or "pkgutil" in place.filename
+            else f" ({place.filename}:{place.lineno})"
+        )
+        return f"{error}{importing}"
+    folders = ", ".join(user_config.module_folders())
+    return f"{error}; looked in {folders} and the installed packages"
+
+
+def _no_such_name(target: str, error: AttributeError) -> str:
+    """What a module has instead; it may be another one than was meant."""
+    modules = [name for name in sys.modules if target.startswith(f"{name}.")]
+    module = sys.modules.get(max(modules, key=len, default=""))
+    if module is None or error.obj is not module:
+        return str(error)
+    known = [
+        name for name, value in vars(module).items() if is_dataclass(value) and value.__module__ == module.__name__
+    ]
+    missing = str(ConfigError.unknown("class", str(error.name), known))
+    return (
+        f"{getattr(module, '__file__', None) or module.__name__} has no '{error.name}': {missing}"
+        if known
+        else str(error)
+    )

@@ -1,0 +1,1 @@
+"""Plans: design points with their identity, grids, studies and constraints."""

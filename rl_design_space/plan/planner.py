@@ -1,0 +1,93 @@
+"""From overrides to planned points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from omegaconf import DictConfig
+
+from rl_design_space.config import user_config
+from rl_design_space.config.assemble import Parts
+from rl_design_space.config.build import make_point
+from rl_design_space.config.compose import Composer, parts_of, shipped_config
+from rl_design_space.design import DesignPoint
+from rl_design_space.plan.early import EarlyCheck
+from rl_design_space.plan.plan import PlannedPoint
+
+
+class Planner:
+    """Plans many points; each of the user's own components is tried once.
+
+    Args:
+        composer: composes the parts of points.
+    """
+
+    def __init__(self, composer: Composer | None = None) -> None:
+        self.composer = composer or Composer()
+        self._check = EarlyCheck()
+
+    def __call__(self, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
+        """Plan the point that these overrides describe.
+
+        Raises:
+            ConfigError: an override is not understood or its value is not allowed.
+        """
+        return self.of_parts(self.composer.parts(overrides), overrides, studies)
+
+    def of_parts(self, parts: Parts, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
+        """Plan the point that these parts make.
+
+        Args:
+            parts: of the point.
+            overrides: that the parts were composed from.
+            studies: that ask for the point.
+
+        Raises:
+            ConfigError: the parts do not go together, or a component of the user's own breaks its contract.
+        """
+        return _planned(parts, overrides, studies, self._check)
+
+
+def plan_composed(config: DictConfig, choices: Mapping[str, str | None], overrides: Sequence[str]) -> PlannedPoint:
+    """Plan the point of a config that Hydra has composed.
+
+    Args:
+        config: the composed config.
+        choices: name of the option chosen in every config group.
+        overrides: that the config was composed from.
+
+    Raises:
+        ConfigError: a value is not allowed, or a component of the user's own breaks its contract.
+    """
+    return _planned(parts_of(config, choices), overrides, (), EarlyCheck())
+
+
+def plan_point(overrides: Sequence[str] = ()) -> PlannedPoint:
+    """Plan the point that these overrides of the user's and the shipped configuration describe.
+
+    Raises:
+        ConfigError: an override is not understood or its value is not allowed.
+    """
+    with shipped_config():
+        return Planner()(overrides)
+
+
+def point_from_overrides(overrides: Sequence[str] = (), config_dir: str | Path | None = None) -> DesignPoint:
+    """Return the point that these command-line overrides describe, e.g. `["exploration=linear", "world.size=20"]`.
+
+    Args:
+        overrides: as on the command line.
+        config_dir: folder with options of your own; modules beside it can be imported from then on.
+
+    Raises:
+        ConfigError: an override is not understood or its value is not allowed.
+    """
+    with user_config.used(config_dir):
+        return plan_point(overrides).point
+
+
+def _planned(parts: Parts, overrides: Sequence[str], studies: tuple[str, ...], check: EarlyCheck) -> PlannedPoint:
+    point = make_point(parts.values)
+    check(point)
+    return PlannedPoint.of(point, parts.options, tuple(overrides), studies)

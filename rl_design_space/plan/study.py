@@ -1,0 +1,197 @@
+"""Studies: named unions of grids of design points."""
+
+from __future__ import annotations
+
+import shlex
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from omegaconf import DictConfig
+
+from rl_design_space.config import user_config
+from rl_design_space.config.build import build, plain
+from rl_design_space.config.overrides import is_of_a_sweep, is_setting
+from rl_design_space.errors import ConfigError
+from rl_design_space.plan.constraint import Constraint, constraints_of
+from rl_design_space.plan.grid import as_overrides, expand
+from rl_design_space.plan.plan import Dropped, Plan, PlannedPoint
+from rl_design_space.plan.planner import Planner
+
+#: Periods of a point in the paper.
+_PERIODS = 500
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study as one call asks for it.
+
+    Attributes:
+        name: of its file in conf/study.
+        overrides: of the command line, beside the name.
+        config: composed, with the settings.
+        plan: its design points, equal ones once.
+    """
+
+    name: str
+    overrides: tuple[str, ...]
+    config: DictConfig
+    plan: Plan
+
+    @property
+    def command(self) -> str:
+        """The command that runs it."""
+        return shlex.join(["rl-design-space", *user_config.flags(), f"study={self.name}", *self.overrides])
+
+    @property
+    def report_command(self) -> str:
+        """The command that writes its report."""
+        return shlex.join(["rl-design-report", *user_config.flags(), self.name, *self.overrides])
+
+    @property
+    def mark(self) -> str:
+        """What a picture has to say if its points have fewer periods than the paper's; else nothing."""
+        fewest = min((planned.point.task.periods for planned in self.plan), default=_PERIODS)
+        return f"quick look: {fewest} periods instead of {_PERIODS}" if fewest < _PERIODS else ""
+
+    def report(self) -> Any:
+        """The report that the study's file describes.
+
+        Raises:
+            ConfigError: it describes none, or not properly.
+        """
+        node = plain(self.config, "study").get("report")
+        if node is None:
+            raise ConfigError(
+                f"study {self.name}: its file describes no report; give it one (docs/reports.md), or ask for "
+                f"a picture of its runs, e.g. rl-design-report curves --by representation --study {self.name}"
+            )
+        return build("study.report", node)
+
+
+def load_study(name: str, overrides: Sequence[str], planner: Planner | None = None) -> Study:
+    """Compose and plan a study.
+
+    Args:
+        name: of the study.
+        overrides: of the command line; they replace what a block says of the same key.
+        planner: plans the points; a new one if None.
+
+    Raises:
+        ConfigError: there is no such study, a sweep is not understood or a value is not allowed.
+    """
+    planner = planner or Planner()
+    overrides = tuple(override for override in overrides if not override.startswith("study="))
+    config = planner.composer.config([f"study={name}", *filter(is_setting, overrides)])
+    return Study(name, overrides, config, plan_study(name, config, overrides, planner))
+
+
+def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner: Planner) -> Plan:
+    """All points of a study, in the order of its blocks; equal points once.
+
+    Args:
+        name: of the study.
+        config: composed config whose `study.blocks` hold the sweeps of each block, by key: all combinations of a
+            block are points but those that `study.constraints` drop. Or `study.includes` names other studies, whose
+            points are this one's.
+        overrides: as above.
+        planner: plans the points.
+
+    Raises:
+        ConfigError: as above, or there is no point at all and no report either.
+    """
+    node = plain(config, "study")
+    blocks = node.get("blocks") if isinstance(node, Mapping) else None
+    if isinstance(node, Mapping) and "includes" in node:
+        return _plan_included(name, node["includes"], overrides, planner)
+    if blocks is None and isinstance(node, Mapping) and "report" in node:
+        return Plan([], (name,))  # a report that needs no runs
+    if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
+        raise ConfigError(f"study {name}: needs blocks, each a mapping of keys to sweeps")
+    grids = _Grids(name, planner)
+    try:
+        constraints = constraints_of(node.get("constraints"))
+    except ConfigError as error:
+        raise ConfigError(f"study {name}, {error}") from error
+    of_points = [override for override in overrides if not is_of_a_sweep(override)]
+    for block, sweeps in blocks.items():
+        try:
+            grids.add(expand([*as_overrides(sweeps), *of_points], planner.composer.parser), constraints)
+        except ConfigError as error:
+            raise ConfigError(f"study {name}, block {block}: {error}") from error
+    plan = grids.plan()
+    if not plan:
+        left_out = f" and its constraints drop all {plan.combinations} combinations" if plan.combinations else ""
+        raise ConfigError(
+            f"study {name}: no design point in it; its blocks are {', '.join(blocks) or 'none'}{left_out}"
+        )
+    return plan
+
+
+def _plan_included(name: str, included: Any, overrides: Sequence[str], planner: Planner) -> Plan:
+    """The points of other studies, which then belong to this one as well."""
+    if not isinstance(included, list) or not all(isinstance(other, str) and other != name for other in included):
+        raise ConfigError(f"study {name}: includes should be a list of the names of other studies")
+    both = union([load_study(other, overrides, planner).plan for other in included])
+    return replace(both, points=[replace(p, studies=(name, *p.studies)) for p in both], studies=(name, *both.studies))
+
+
+def plan_overrides(overrides: Sequence[str], planner: Planner) -> Plan:
+    """The points that the sweep overrides of a command line ask for, equal points once.
+
+    Raises:
+        ConfigError: as above.
+    """
+    grids = _Grids("", planner)
+    of_points = [override for override in overrides if not is_of_a_sweep(override)]
+    grids.add(expand(of_points, planner.composer.parser), {})
+    return grids.plan()
+
+
+def union(plans: Sequence[Plan]) -> Plan:
+    """The points of several plans, common ones once; they then belong to the studies of all."""
+    points: dict[str, PlannedPoint] = {}
+    for plan in plans:
+        for planned in plan:
+            known = points.get(planned.fingerprint)
+            studies = tuple(dict.fromkeys((*known.studies, *planned.studies))) if known else planned.studies
+            points[planned.fingerprint] = replace(known or planned, studies=studies)
+    return Plan(
+        list(points.values()),
+        studies=tuple(dict.fromkeys(name for plan in plans for name in plan.studies)),
+        combinations=sum(plan.combinations for plan in plans),
+        dropped=tuple(dropped for plan in plans for dropped in plan.dropped),
+    )
+
+
+class _Grids:
+    """Collects the points of grids."""
+
+    def __init__(self, study: str, planner: Planner) -> None:
+        self._studies = (study,) if study else ()
+        self._planner = planner
+        self._points: dict[str, PlannedPoint] = {}
+        self._combinations = 0
+        self._dropped: Counter[tuple[str, str]] = Counter()
+
+    def add(self, grid: Iterable[tuple[str, ...]], constraints: Mapping[str, Constraint]) -> None:
+        for overrides in grid:
+            self._combinations += 1
+            parts = self._planner.composer.parts(overrides)
+            for name, constraint in constraints.items():
+                try:
+                    drops = constraint.drops(parts)
+                except ConfigError as error:
+                    raise ConfigError(f"constraint {name}: {error}") from error
+                if drops:
+                    self._dropped[name, constraint.why] += 1
+                    break
+            else:
+                planned = self._planner.of_parts(parts, overrides, self._studies)
+                self._points.setdefault(planned.fingerprint, planned)
+
+    def plan(self) -> Plan:
+        study = "".join(self._studies)
+        dropped = tuple(Dropped(study, name, why, count) for (name, why), count in self._dropped.items())
+        return Plan(list(self._points.values()), self._studies, self._combinations, dropped)

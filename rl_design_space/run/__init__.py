@@ -1,0 +1,1 @@
+"""Run planned points: what is recorded is skipped, the rest is learned and recorded once."""

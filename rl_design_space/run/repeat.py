@@ -1,0 +1,72 @@
+"""Whether a recorded run can be had again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import yaml
+
+from rl_design_space.config.build import build, make_point
+from rl_design_space.design import DesignPoint
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning import simulate
+from rl_design_space.plan.fingerprint import fingerprint
+from rl_design_space.tracking.tracker import StoredRun
+
+if TYPE_CHECKING:
+    from rl_design_space.tracking.read import RunReader
+
+#: What is compared: everything else follows from it.
+_COMPARED = ("steps", "success", "optimum", "rows", "epsilon")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Of a run and its point, learned again.
+
+    Attributes:
+        same: whether they are, bit by bit.
+        text: the same in words.
+    """
+
+    same: bool
+    text: str
+
+
+def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
+    """Learn the point of a run again, from the config that is kept with it.
+
+    Args:
+        reader: of the store.
+        run_id: of the run, or its beginning.
+        threads: cores that learn, all if None.
+
+    Raises:
+        ConfigError: there is no such run, several, or it did not keep its periods.
+    """
+    frame = reader.frame()
+    found = frame[frame.index.str.startswith(run_id)] if run_id else frame[:0]
+    if len(found) != 1:
+        how_many = "no complete run has" if found.empty else f"{len(found)} runs have"
+        raise ConfigError(f"{run_id}: {how_many} an id that begins so")
+    row = found.iloc[0]
+    run = StoredRun(str(found.index[0]), artifacts=str(row["artifacts"]))
+    recorded = reader.periods(run)
+    if "steps" not in recorded:
+        raise ConfigError(
+            f"{run.run_id}: kept its curves alone (tracking.artifact=curves); its periods cannot be compared"
+        )
+    point = _point(reader.config(run))
+    curves = simulate(point, threads)
+    different = [name for name in _COMPARED if not np.array_equal(recorded[name], getattr(curves, name))]
+    what = f"{row['name']} (run {run.run_id})"
+    if not different:
+        return Comparison(True, f"identical: {what}, {curves.steps.size:,} trials, bit by bit")
+    why = "" if fingerprint(point) == row["fingerprint"] else "; the code that it depends on has changed since"
+    return Comparison(False, f"different: {what}, in {', '.join(different)}{why}")
+
+
+def _point(config: str) -> DesignPoint:
+    return make_point({key: build(key, node) for key, node in yaml.safe_load(config).items()})

@@ -1,0 +1,115 @@
+"""Command lines: what Hydra gets, what the points of a sweep get, and what does not go together."""
+
+from __future__ import annotations
+
+import pytest
+
+from rl_design_space.commands.command_line import CommandLine, read_command_line
+from rl_design_space.errors import ConfigError
+
+
+@pytest.mark.parametrize(
+    ("argument", "is_for_points"),
+    [
+        ("task.periods=5", True),
+        ("world.size=4,5", True),
+        ("+learner.extra=1", True),
+        ("++seed=1", True),
+        ("~world.size", True),
+        ("representation=direction", True),
+        ("threadsafe.x=1", True),
+        ("outputs=x", False),
+        ("threads=1", False),
+        ("tracking=none", False),
+        ("tracking.uri=sqlite:///x.db", False),
+        ("~tracking", False),
+        ("plan=true", False),
+        ("on_error=stop", False),
+        ("objective=failed_trials", False),
+        ("hydra.verbose=true", False),
+        ("hydra/launcher=basic", False),
+        ("study.report.title=x", False),
+        ("~study.blocks.direction", False),
+        ("--config-dir=mine", False),
+    ],
+)
+def test_overrides_of_a_sweep_are_for_its_points_but_settings_are_hydras(argument: str, is_for_points: bool):
+    line = read_command_line(["study=table4", argument])
+    assert line.for_points == ((argument,) if is_for_points else ())
+    assert set(line.for_hydra) == {"--multirun", "study=table4", *(() if is_for_points else (argument,))}
+    assert line.typed == ("study=table4", argument)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "for_hydra"),
+    [
+        (["-m", "seed=1,2"], ["-m"]),
+        (["--multirun", "seed=1,2"], ["--multirun"]),
+        (["study=table4,fig3", "seed=1"], ["--multirun", "study=table4,fig3"]),
+        (["plan=true", "seed=1"], ["--multirun", "plan=true"]),
+        (["shard=1/2", "seed=1"], ["--multirun", "shard=1/2"]),
+        (["--config-dir", "mine", "study=table4", "seed=1"], ["--multirun", "--config-dir", "mine", "study=table4"]),
+        (["hydra/sweeper=design", "-m", "seed=1,2"], ["-m", "hydra/sweeper=design"]),
+    ],
+    ids=str,
+)
+def test_a_study_a_plan_and_a_shard_are_sweeps_without_being_told(arguments: list[str], for_hydra: list[str]):
+    line = read_command_line(arguments)
+    assert list(line.for_hydra) == for_hydra
+    assert [argument for argument in line.for_points if not argument.startswith("seed")] == []
+    assert len(line.for_points) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["task.periods=5", "world.size=4"],
+        ["plan=false", "shard=null"],
+        ["-m", "hydra/sweeper=basic", "seed=1,2"],
+        ["-m", "hydra/sweeper=optuna", "exploration=linear"],
+        ["--cfg", "job", "seed=1"],
+        ["--help"],
+        ["--info", "plugins"],
+    ],
+    ids=str,
+)
+def test_everything_else_goes_to_hydra_as_it_is(arguments: list[str]):
+    line = read_command_line(arguments)
+    runs = not {"--cfg", "--info", "--help", "--hydra-help"} & set(arguments)
+    assert line == CommandLine(tuple(arguments), tuple(arguments), foreign="-m" in arguments, runs=runs)
+
+
+def test_no_study_need_not_be_said():
+    assert read_command_line(["study=null", "seed=1"]).for_hydra == ("seed=1",)
+    assert read_command_line(["-m", "study=null", "seed=1,2"]).for_hydra == ("-m",)
+
+
+def test_a_study_can_be_shown_without_being_run():
+    line = read_command_line(["study=table4", "world.size=5", "--cfg", "job"])
+    assert line.for_hydra == ("--cfg", "job", "study=table4", "world.size=5")
+    assert line.for_points == ()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["-m", "--cfg", "job"], "--multirun and --cfg do not go together"),
+        (["-m", "--info"], "--multirun and --info do not go together"),
+        (["study=table4", "hydra/sweeper=basic"], "study=table4 needs hydra/sweeper=design, not basic"),
+        (["plan=true", "hydra/sweeper=optuna"], "plan=true needs hydra/sweeper=design, not optuna"),
+        (["shard=1/2", "-m", "hydra/sweeper=basic"], "shard=1/2 needs hydra/sweeper=design, not basic"),
+        (["world=10"], "world=10: name exactly one option"),
+        (["world.size=[10"], "world.size=[10: not an override"),
+    ],
+    ids=str,
+)
+def test_what_does_not_go_together_is_refused(arguments: list[str], message: str):
+    with pytest.raises(ConfigError) as caught:
+        read_command_line(arguments)
+    assert message in str(caught.value)
+
+
+def test_the_command_can_be_typed_again():
+    line = read_command_line(["study=table4", "world.size=[4, 5]"])
+    assert line.command == "rl-design-space study=table4 'world.size=[4, 5]'"

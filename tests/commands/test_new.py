@@ -1,0 +1,112 @@
+"""`rl-design-space new`: what it writes works as it stands, and it overwrites nothing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rl_design_space.commands.words import new
+from rl_design_space.commands.words.new import KINDS, main, write_starter
+from rl_design_space.config import user_config
+from rl_design_space.errors import ConfigError
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, empty."""
+    monkeypatch.delenv(user_config.VARIABLE, raising=False)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def tree(folder: Path) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_all_that_it_writes_passes_the_tests_that_it_writes(folder: Path):
+    for kind in KINDS:
+        write_starter(kind, f"my_{kind}", folder / "conf")
+    modules = {f"my_{kind}.py" for kind in KINDS} - {"my_study.py"}
+    tests = {f"test_{'study_' * (kind == 'study')}my_{kind}.py" for kind in KINDS}
+    assert tree(folder) == modules | tests | {f"conf/{kind}/my_{kind}.yaml" for kind in KINDS}
+    # As somebody would who has installed the package and pytest, and nothing else.
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"{2 * len(modules) + 1} passed" in done.stdout
+
+
+def test_it_says_what_it_wrote_and_what_to_type_next(folder: Path, capsys: pytest.CaptureFixture[str]):
+    main(["world", "windy"])
+    assert capsys.readouterr().out.splitlines() == [
+        "wrote windy.py",
+        "wrote conf/world/windy.yaml",
+        "wrote test_windy.py",
+        "next:",
+        "  python -m pytest test_windy.py",
+        "  rl-design-space --config-dir conf world=windy task.periods=50",
+    ]
+
+
+def test_a_study_may_be_called_after_its_component(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(new, "find_spec", lambda name: None)
+    main(["reward", "even"])
+    main(["study", "even"])
+    told = capsys.readouterr().out
+    assert tree(folder) == {
+        "even.py",
+        "test_even.py",
+        "test_study_even.py",
+        "conf/reward/even.yaml",
+        "conf/study/even.yaml",
+    }
+    assert told.splitlines()[-5:] == [
+        "  pip install pytest",
+        "  python -m pytest test_study_even.py",
+        "  rl-design-space --config-dir conf study=even plan=true",
+        "  rl-design-space --config-dir conf study=even",
+        "  rl-design-report --config-dir conf even",
+    ]
+
+
+def test_it_writes_beside_the_config_folder_in_use(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    (folder / "elsewhere" / "mine").mkdir(parents=True)
+    monkeypatch.setenv(user_config.VARIABLE, "elsewhere/mine")
+    main(["reward", "even"])
+    assert tree(folder) == {"elsewhere/even.py", "elsewhere/mine/reward/even.yaml", "elsewhere/test_even.py"}
+
+
+@pytest.mark.parametrize("existing", ["windy.py", "conf/world/windy.yaml", "test_windy.py"])
+def test_it_overwrites_nothing(existing: str, folder: Path):
+    (folder / existing).parent.mkdir(parents=True, exist_ok=True)
+    (folder / existing).write_text("mine", encoding="utf-8")
+    with pytest.raises(ConfigError, match=f"{existing}: there already; nothing was written"):
+        main(["world", "windy"])
+    assert tree(folder) == {existing}
+    assert (folder / existing).read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["wrold", "windy"], "wrold: no such kind; did you mean world?"),
+        (["world", "Windy"], "NAME=Windy: should be the name of a Python module"),
+        (["world", "class"], "NAME=class: should be the name of a Python module"),
+        (["world", "../windy"], "should be the name of a Python module"),
+        (["world", "torus"], "NAME=torus: there is a shipped world of this name"),
+        (["study", "table4"], "NAME=table4: there is a shipped study of this name"),
+        (["world", "random"], "NAME=random: there is a module of this name already"),
+        (["world", "numpy"], "NAME=numpy: there is a module of this name already"),
+    ],
+    ids=" ".join,
+)
+def test_a_name_that_cannot_be_used_is_refused(words: list[str], message: str, folder: Path):
+    with pytest.raises(ConfigError) as caught:
+        main(words)
+    assert message in str(caught.value)
+    assert tree(folder) == set()

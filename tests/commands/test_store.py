@@ -1,0 +1,135 @@
+"""The commands that look after a store: sync, store status, store compact, rerun."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rl_design_space import commands
+from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.content import read_periods
+from rl_design_space.tracking.mlflow_tracker import MlflowTracker
+from tests.tracking.stores import copy_database, learned, options, record, tracker_at
+
+
+@pytest.fixture
+def outputs(empty_database: Path, tmp_path: Path) -> Path:
+    copy_database(empty_database, tmp_path / "mlflow.db")
+    return tmp_path
+
+
+@pytest.fixture
+def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
+    """Run a command; its exit status and what it says."""
+    monkeypatch.setattr("rl_design_space.commands.terminal.console.width", 200, raising=False)
+
+    def run(word: str, *arguments: str) -> tuple[int, str]:
+        status = 0
+        try:
+            commands.run(word, [*arguments, f"outputs={outputs}"])
+        except SystemExit as ended:
+            status = int(ended.code or 0)
+        return status, capsys.readouterr().out
+
+    return run
+
+
+class Nobody:
+    """Delivers nothing."""
+
+    def watch(self, name: str, done: object) -> None:
+        pass
+
+
+def waiting(outputs: Path) -> MlflowTracker:
+    """A tracker whose records wait."""
+    return options(outputs / "mlflow.db").open("", Nobody())
+
+
+def test_what_waits_is_delivered_once(say, outputs: Path):
+    assert say("sync") == (0, "nothing waits to be delivered\n")
+    tracker = waiting(outputs)
+    for override in ("seed=0", "seed=1"):
+        tracker.record(*learned(override))
+    status, said = say("sync")
+    assert status == 0
+    assert re.search(r"2 records for sqlite:.* …\n2 records delivered\nnothing waits", said)
+    assert say("sync") == (0, "nothing waits to be delivered\n")
+    assert len(tracker.finished([learned(seed)[0].fingerprint for seed in ("seed=0", "seed=1")])) == 2
+
+
+def test_what_cannot_be_delivered_is_told(say, outputs: Path):
+    tracker = waiting(outputs)
+    planned, curves = learned()
+    tracker.record(planned, curves)
+    (path,) = (outputs / "spool").glob("*/*.record")
+    path.write_bytes(b"nonsense")
+    status, said = say("sync")
+    assert status == 1
+    assert re.search(r"set aside, because it cannot be: .*aside/\d+-1-point-", said)
+
+
+def test_the_state_of_a_store(say, outputs: Path):
+    tracker = tracker_at(outputs / "mlflow.db")
+    runs = [record(tracker, *learned(override)) for override in ("seed=0", "seed=1", "seed=2")]
+    from mlflow import MlflowClient
+
+    client = MlflowClient(f"sqlite:///{outputs}/mlflow.db")
+    client.delete_run(runs[0].run_id)
+    client.update_run(runs[1].run_id, status="FAILED")
+    waiting(outputs).record(*learned("seed=3"))
+    status, said = say("store", "status")
+    assert status == 0
+    for line in (r"points +1 complete", r"incomplete +1 FAILED", r"deleted +1 runs", r"unsynced +1 points, 1 records"):
+        assert re.search(line, said), said
+    status, said = say("store", "compact")
+    assert "1 deleted runs removed" in said
+    assert re.search(r"deleted +0 runs", said)
+    assert not Path(runs[0].artifacts.removeprefix("file://")).exists()
+    assert Path(runs[2].artifacts.removeprefix("file://")).exists()
+
+
+@pytest.mark.parametrize("arguments", [("store", "status"), ("store", "compact"), ("sync",)])
+def test_there_is_no_store_without_tracking(arguments: tuple[str, ...], say):
+    with pytest.raises(ConfigError, match="tracking=none: nothing is recorded"):
+        say(*arguments, "tracking=none")
+
+
+def test_a_point_is_no_setting(say):
+    with pytest.raises(ConfigError, match=r"seed=3: not a setting; this command takes outputs=…"):
+        say("sync", "seed=3")
+
+
+def test_a_run_can_be_had_again(say, outputs: Path):
+    run = record(tracker_at(outputs / "mlflow.db"), *learned("representation=direction", "msa=lengths_2_3"))
+    status, said = say("rerun", run.run_id[:8])
+    assert status == 0
+    assert said.startswith("identical: task.periods=3")
+    assert "12 trials, bit by bit" in said.replace("\n", " ")
+
+
+def test_a_run_that_is_another_one_is_told(say, outputs: Path):
+    run = record(tracker_at(outputs / "mlflow.db"), *learned())
+    path = Path(run.artifacts.removeprefix("file://")) / "periods.npz"
+    arrays = read_periods(path)
+    arrays["steps"][0, 0] += 1
+    np.savez(path, **arrays)
+    status, said = say("rerun", run.run_id)
+    assert status == 1
+    assert said.startswith("different: ")
+    assert "in steps" in said
+
+
+def test_a_run_that_is_not_there_is_told(say, outputs: Path):
+    record(tracker_at(outputs / "mlflow.db"), *learned())
+    with pytest.raises(ConfigError, match="ffff: no complete run has an id that begins so"):
+        say("rerun", "ffff")
+
+
+def test_a_run_without_its_periods_cannot_be_compared(say, outputs: Path):
+    run = record(tracker_at(outputs / "mlflow.db", artifact="curves"), *learned())
+    with pytest.raises(ConfigError, match="kept its curves alone"):
+        say("rerun", run.run_id)

@@ -1,0 +1,157 @@
+"""Sweeps through the real command line: plans, shards, several studies, failures."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.command_runner import Command, commands_in, runs
+
+SMALL = ("task.periods=2", "task.trials=3")
+
+MINE = """
+blocks:
+  a: {world.size: "4,5,6", task.goals: "1,2", task.periods: 2, task.trials: 3}
+constraints:
+  crowded: {drop: world.size < 5 and task.goals > 1, why: too many goals for so few cells}
+"""
+YOURS = 'blocks: {a: {world.size: "6,7", task.goals: 1, task.periods: 2, task.trials: 3}}'
+FRAGILE = """
+from rl_design_space.design import Torus
+
+class Fragile(Torus):
+    def next_cell(self):
+        raise RuntimeError(f"no floor in {self.size}")
+"""
+CONFIG = ("--config-dir", "own/conf")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The current folder of all commands."""
+    return tmp_path_factory.mktemp("sweeps")
+
+
+@pytest.fixture(scope="module")
+def command(folder: Path) -> Command:
+    """Run a command, with studies and a module of the user's own at hand."""
+    run = commands_in(folder)
+    studies = folder / "own" / "conf" / "study"
+    studies.mkdir(parents=True)
+    (studies / "mine.yaml").write_text(MINE, encoding="utf-8")
+    (studies / "yours.yaml").write_text(YOURS, encoding="utf-8")
+    (folder / "own" / "fragile.py").write_text(FRAGILE, encoding="utf-8")
+    return run
+
+
+def last_line(text: str) -> str:
+    return text.splitlines()[-1]
+
+
+def test_a_plan_is_shown_and_nothing_happens(command: Command, folder: Path):
+    done = command("rl-design-space", *CONFIG, "study=mine,yours", "plan=true", outputs="out/planned")
+    lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
+    assert "world.size 4 4 (1) 5 (2) 6 (2) 7 (1)" in lines
+    assert "task.goals 2 1 (4) 2 (2)" in lines
+    assert [line for line in lines if line[:1] in "0123456789-=" and line][:4] == [
+        "8 combinations",
+        "- 1 dropped by crowded of mine: too many goals for so few cells",
+        "- 1 that are the same point as another one",
+        "= 6 points",
+    ]
+    assert [line for line in lines if line.startswith("0 recorded already, 6 to run: about ")]
+    assert not (folder / "out" / "planned").exists()
+
+
+def test_several_studies_share_their_points(command: Command, folder: Path):
+    done = command("rl-design-space", *CONFIG, "study=mine,yours", outputs="out/studies")
+    assert last_line(done.stdout).startswith("mine,yours: 6 points, 6 learned now, 0 before, 0 failed")
+    assert [status for _, status in runs(folder, outputs="out/studies")] == ["FINISHED"] * 6
+    assert runs(folder, "sweeps", outputs="out/studies") == [("mine,yours", "FINISHED")]
+    # Each of them alone has nothing left to do, and a plan says so.
+    for study, points in (("mine", 5), ("yours", 2)):
+        again = command("rl-design-space", *CONFIG, f"study={study}", outputs="out/studies")
+        assert last_line(again.stdout).startswith(f"{study}: {points} points, 0 learned now, {points} before")
+    plan = command("rl-design-space", *CONFIG, "study=mine", "task.goals=1,3", "plan=true", outputs="out/studies")
+    assert "3 recorded already, 2 to run" in plan.stdout
+
+
+def test_shards_do_the_whole_between_them(command: Command, folder: Path):
+    outputs = "out/shards"
+    sweep = ("rl-design-space", "-m", *SMALL, "world.size=range(4,11)")
+    learned = [
+        int(last_line(command(*sweep, f"shard={i}/3", outputs=outputs).stdout).split(" learned now")[0].split()[-1])
+        for i in (1, 2, 3)
+    ]
+    assert sum(learned) == 7
+    assert "7 before" in command(*sweep, outputs=outputs).stdout
+
+
+def test_one_block_can_be_left_out(command: Command):
+    done = command("rl-design-space", "study=table4", "~study.blocks.direction", "plan=true")
+    assert "= 9 points" in done.stdout
+    assert "representation" not in done.stdout
+
+
+def test_a_sweep_stops_at_the_first_failure_if_told_so(command: Command, folder: Path):
+    words = ("-m", *SMALL, "world._target_=fragile.Fragile", "seed=range(0,50)", "on_error=stop", "threads=1")
+    done = command("rl-design-space", *words, status=1, outputs="out/stopped")
+    assert "RuntimeError: no floor in 10" in done.stdout
+    assert "stopped at the first failure; this goes on: rl-design-space -m task.periods=2" in done.stdout
+    (outcome,) = [line for line in done.stdout.splitlines() if line.startswith("sweep: 50 points")]
+    assert "0 learned now" in outcome
+    assert "not run" in outcome
+    assert runs(folder, "sweeps", outputs="out/stopped") == [("sweep", "FAILED")]
+
+
+def test_failures_are_kept_with_the_summary(command: Command, folder: Path):
+    words = ("-m", *SMALL, "world._target_=fragile.Fragile", "world.size=4,5")
+    command("rl-design-space", *words, status=1, outputs="out/failed")
+    (path,) = (folder / "out" / "failed").rglob("failures.csv")
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["error"].split(" (")[0] for row in rows} == {f"RuntimeError: no floor in {size}" for size in (4, 5)}
+    assert all("fragile.py:" in row["error"] for row in rows)
+    assert all(row["command"].startswith("rl-design-space task.periods=2") for row in rows)
+    assert all("outputs=out/failed" in row["command"] for row in rows)
+
+
+def test_files_are_written_for_a_sweep_not_for_a_point_unless_asked_for(command: Command, folder: Path):
+    sweep = ("rl-design-space", "-m", *SMALL, "world.size=4,5", "tracking=none")
+    command(*sweep, outputs="out/bare")
+    assert not (folder / "out" / "bare").exists() or not list((folder / "out" / "bare").rglob("*"))
+    command(*sweep, "hydra.launcher.dumps=true", outputs="out/dumped")
+    dumps = sorted((folder / "out" / "dumped" / "points").iterdir())
+    assert len(dumps) == 2
+    for dump in dumps:
+        assert len(dump.name) == 64
+        config = yaml.safe_load((dump / "config.yaml").read_text(encoding="utf-8"))
+        overrides = yaml.safe_load((dump / "overrides.yaml").read_text(encoding="utf-8"))
+        assert f"world.size={config['world']['size']}" in overrides
+        assert config["world"]["_target_"] == "rl_design_space.design.world.Torus"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("-m", "threads=1,2"), "threads: a setting holds for a whole sweep; give it one value"),
+        (("-m", "seed=1", "shard=3/2"), "shard=3/2: should be i/N, from 1/N to N/N"),
+        (("-m", "seed=1", "on_error=ignore"), "on_error=ignore: should be 'continue' or 'stop'"),
+        (("-m", "seed=1,x"), "seed=x: should be a valid integer"),
+        (("-m", "seed=1", "exploration.k=0.1"), "exploration.k: no such key in Constant"),
+        (("study=table4,tabel3",), "study=tabel3: no such option; did you mean study=table"),
+        (("study=table4", "-m", "--cfg", "job"), "--multirun and --cfg do not go together"),
+        (("plan=maybe",), "plan=maybe: should be a valid boolean"),
+        (("-m", "seed=1", "hydra.launcher.dump=true"), "hydra.launcher.dump"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_mistakes_in_a_sweep_are_told_before_anything_runs(words, message: str, command: Command, folder: Path):
+    done = command("rl-design-space", *words, status=2, outputs="out/mistakes")
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"error: {message}")
+    assert done.stdout == ""
+    assert not (folder / "out" / "mistakes").exists()

@@ -1,0 +1,171 @@
+"""The UI command with MLflow's real server, and what a real browser makes of the saved views."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from rl_design_space.commands.words.ui import main, show
+from rl_design_space.errors import ConfigError
+from rl_design_space.plan.plan import Plan
+from rl_design_space.tracking.tracker import SweepEnding
+from rl_design_space.tracking.ui_server import serving
+from tests.browser import needs_browser
+from tests.commands.ui_command import free_port, ui_of
+from tests.devtools import Tab, tab
+from tests.tracking.stores import copy_database, import_mlflow, learned, tracker_at
+
+#: Points of two studies, and what a page of the first may not show.
+STUDIES = {"mine": ("representation=ad_hoc", "representation=direction"), "yours": ("exploration=linear",)}
+
+
+@pytest.fixture(scope="module")
+def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store with a few points of two studies and the sweep that has run them."""
+    import_mlflow()
+    folder = tmp_path_factory.mktemp("ui") / "out"
+    folder.mkdir()
+    copy_database(empty_database, folder / "mlflow.db")
+    tracker = tracker_at(folder / "mlflow.db")
+    results = [
+        (replace(planned, studies=(study,)), curves)
+        for study, overrides in STUDIES.items()
+        for planned, curves in map(learned, overrides)
+    ]
+    plan = Plan([planned for planned, _ in results], studies=tuple(STUDIES))
+    sweep = tracker.open_sweep(plan, "rl-design-space study=mine,yours")
+    for planned, curves in results:
+        tracker.record(planned, curves)
+    sweep.close(SweepEnding("FINISHED", "3 learned now", {"done": len(plan), "failed": 0}, {}, {}))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def served(outputs: Path) -> Iterator[dict[str, str]]:
+    """The addresses that the command names, while it runs."""
+    (outputs.parent / "temporary").mkdir()
+    with ui_of(outputs.parent, "out") as links:
+        yield links
+    assert sorted(path.name for path in outputs.parent.iterdir()) == ["out", "temporary"]
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
+    with tab(tmp_path_factory.mktemp("profile")) as opened:
+        # Columns that do not fit are not there; the assistant would take a third of the page.
+        opened.size(2400, 1600)
+        opened.before_each_page("localStorage.setItem('mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true')")
+        yield opened
+
+
+def test_the_command_names_every_page_there_is(served: dict[str, str]):
+    assert list(served)[1:] == ["all design points", "study mine", "study yours", "all sweeps"]
+    assert "viewStateShareKey=study.mine&" in served["study mine"]
+
+
+def headings(page: Tab) -> list[str]:
+    """Of the table's columns, from left to right."""
+    found: list[str] = page.evaluate(
+        "[...document.querySelectorAll('[data-testid^=sort-header]')]"
+        ".sort((one, other) => one.getBoundingClientRect().x - other.getBoundingClientRect().x)"
+        ".map(heading => heading.innerText)"
+    )
+    return found
+
+
+@needs_browser
+def test_the_table_of_a_study_shows_what_differs_and_what_came_of_it(served: dict[str, str], page: Tab):
+    page.open(served["study mine"])
+    page.wait("document.querySelectorAll('.ag-center-cols-container .ag-row').length == 2")
+    page.wait("document.querySelector('[data-testid=\"sort-header-final_steps_over_optimum\"]')")
+    assert headings(page) == [
+        *("Run Name", "Created", "representation", "task.periods"),
+        *("total_steps", "failed_trials", "final_steps_over_optimum", "Duration"),
+    ]
+    says = page.text()
+    assert "2 matching runs" in says
+    assert re.search(r"ad_hoc\s+3\s", says)
+    assert re.search(r"direction\s+3\s", says)
+
+
+DRAWN = {"representation=ad_hoc": 4, "representation=direction": 4}
+
+
+def plots(kind: str) -> str:
+    """Those plots of a page, in JavaScript, that are all of one kind of lines, points or bars."""
+    return (
+        "[...document.querySelectorAll('.js-plotly-plot')]"
+        f".filter(plot => plot.data?.length && plot.data.every(line => line.type == '{kind}'))"
+    )
+
+
+@needs_browser
+def test_the_charts_of_a_study_are_its_learning_curves(served: dict[str, str], page: Tab):
+    page.open(f"{served['study mine']}&compareRunsMode=CHART")
+    page.wait(f"{plots('scatter')}.length == 3 && {plots('bar')}.length == 3")
+    lines = page.evaluate(f"{plots('scatter')}.map(plot => plot.data.map(line => [line.name, line.x.length]))")
+    # A line of each run, over its 4 trials.
+    assert all({name.split()[-1]: trials for name, trials in plot} == DRAWN for plot in lines)
+    says = page.text()
+    titles = ["Learning curves", "steps/mean", "steps/median", "success_rate"]
+    totals = ["Totals", "total_steps", "failed_trials", "final_steps_over_optimum", "Choices"]
+    places = [says.find(f"\n{title}\n") for title in (*titles, *totals)]
+    assert -1 not in places
+    assert places == sorted(places)
+    assert "env_steps_per_second" not in says
+
+
+@needs_browser
+def test_the_views_are_in_the_menu_of_the_ui(served: dict[str, str], page: Tab):
+    page.open(served["all design points"])
+    page.wait("document.querySelectorAll('.ag-center-cols-container .ag-row').length == 3")
+    assert headings(page)[2:6] == ["representation", "exploration", "msa", "reward"]
+    assert "all design points" in page.text()
+
+
+@needs_browser
+def test_the_table_of_sweeps_shows_what_became_of_them(served: dict[str, str], page: Tab):
+    page.open(served["all sweeps"])
+    page.wait("document.querySelector('[data-testid=\"sort-header-points/failed\"]')")
+    assert "**mine,yours**: 3 points (2 representation" in page.text()
+
+
+def test_a_server_is_asked_which_pages_it_has(
+    served: dict[str, str], outputs: Path, capsys: pytest.CaptureFixture[str]
+):
+    address = served["study mine"].partition("/#")[0]
+    show([f"tracking.uri={address}"], port=5000)
+    named = dict(re.split(r"\s{2,}", line) for line in capsys.readouterr().out.splitlines())
+    assert named == dict(list(served.items())[1:])
+
+
+def test_a_port_that_is_taken_is_an_error(served: dict[str, str], outputs: Path):
+    port = served["study mine"].partition("/#")[0].rpartition(":")[2]
+    with pytest.raises(ConfigError, match=rf"--port {port}: cannot be used \(Address already in use\); give another"):
+        main([f"outputs={outputs}", "--port", port])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["outputs={}/nowhere"], "no run has been recorded there yet"),
+        (["tracking=none"], "nothing is recorded, so there is no store"),
+        (["world.size=4"], "not a setting"),
+        (["outputs={}", "tracking.experiment=elsewhere"], "there is no such experiment"),
+        (["outputs={}", "--port", "70000"], "no port has this number"),
+    ],
+)
+def test_what_cannot_be_shown_is_an_error(words: list[str], message: str, outputs: Path):
+    with pytest.raises(ConfigError, match=message):
+        main([word.format(outputs) for word in words])
+    assert not (outputs / "nowhere").exists()
+
+
+def test_a_server_that_does_not_start_says_why(tmp_path: Path):
+    server = serving("nonsense://store", free_port(), tmp_path / "artifacts")
+    with pytest.raises(ConfigError, match=r"did not start; it said:\n(.*\n)*.*nonsense"):
+        server.__enter__()

@@ -1,0 +1,273 @@
+"""A fingerprint is the identity of a point: what changes results changes it, and nothing else does."""
+
+from __future__ import annotations
+
+import os
+import string
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields, is_dataclass, make_dataclass, replace
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+import pytest
+
+from rl_design_space._paths import CONF
+from rl_design_space.config.compose import OPTION_GROUPS
+from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Task, Torus, Walled
+from rl_design_space.design.identity import absent_as
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.version import KERNEL_VERSION
+from rl_design_space.plan.fingerprint import fingerprint
+from rl_design_space.plan.planner import Planner
+
+#: Kernel version, and the fingerprint of the default point under it.
+GOLDEN = (1, "ef0d1761b43fe76c45d030a54f963b74837b5aa94e15676d7908dce9238e27a5")
+
+
+Of = Callable[..., str]
+
+
+@pytest.fixture
+def of(planner: Planner) -> Of:
+    """The fingerprint of what these overrides describe."""
+    return lambda *overrides: planner(overrides).fingerprint
+
+
+def test_fingerprints_stay_as_they_were():
+    version, expected = GOLDEN
+    found = fingerprint(DesignPoint())
+    assert (version, expected) == (KERNEL_VERSION, found), (
+        "results stored under the old fingerprint of a point are not found any more. That is right if the same point "
+        "now gives other results (KERNEL_VERSION was raised, or an option has a new default, or a new field without "
+        "`absent_as`); otherwise "
+        f"identical points are learned anew. If it is meant, record GOLDEN = ({KERNEL_VERSION}, {found!r})"
+    )
+
+
+def test_a_fingerprint_is_a_sha256():
+    found = fingerprint(DesignPoint())
+    assert len(found) == 64
+    assert set(found) <= set(string.hexdigits.lower())
+
+
+def test_another_kernel_version_is_another_fingerprint(monkeypatch: pytest.MonkeyPatch):
+    before = fingerprint(DesignPoint())
+    monkeypatch.setattr("rl_design_space.plan.fingerprint.KERNEL_VERSION", KERNEL_VERSION + 1)
+    assert fingerprint(DesignPoint()) != before
+
+
+def test_another_process_finds_the_same(of: Of):
+    program = (
+        "from rl_design_space.design import DesignPoint, Direction, MultiStepActions, Torus\n"
+        "from rl_design_space.plan.fingerprint import fingerprint\n"
+        "print(fingerprint(DesignPoint(representation=Direction(), msa=MultiStepActions(lengths=(3, 2)))))"
+    )
+    # Each with its own hash seed, so that nothing may hang on the order of a set.
+    found = [
+        subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            check=True,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+        ).stdout.strip()
+        for seed in ("1", "2")
+    ]
+    assert found == [of("representation=direction", "msa.lengths=[3,2]")] * 2
+
+
+@pytest.mark.parametrize(
+    ("one_way", "another"),
+    [
+        (["reward=many_rewards", "reward.step=0"], ["reward=each_success"]),
+        (["reward=each_success", "reward.sub_goal=0.0"], ["reward=end_reward"]),
+        (["msa=none", "msa.lengths=[3]"], ["msa=length_3"]),
+        (["world.size=[10,10]"], ["world.size=10"]),
+        (["exploration=exponential", "exploration.l=2"], ["exploration=exponential", "exploration.l=2.0"]),
+        (["reward.step=-0.0"], ["reward.step=0.0"]),
+        (["world=walled", "world._target_=rl_design_space.design.Torus"], ["world=torus"]),
+        (["world._target_=rl_design_space.design.world.Walled"], ["world=walled"]),
+        (["task.trials=${task.goals}", "task.goals=5"], ["task.goals=5", "task.trials=5"]),
+        (["seed=3", "world.size=5"], ["world.size=5", "seed=3"]),
+    ],
+    ids=lambda overrides: " ".join(overrides),
+)
+def test_equal_points_are_one_whichever_way_they_are_written(one_way: list[str], another: list[str], of: Of):
+    assert of(*one_way) == of(*another)
+
+
+@pytest.mark.parametrize(
+    "setting",
+    ["tracking=none", "tracking.uri=http://nowhere", "tracking.curves=[epsilon]", "outputs=elsewhere", "threads=1"],
+)
+def test_how_a_point_is_run_does_not_count(setting: str, of: Of):
+    assert of(setting) == fingerprint(DesignPoint())
+
+
+# Every field of every option counts.
+
+
+def another_value(value: Any, kind: Any) -> Any:
+    """A valid value of a field beside the one that it has."""
+    choices = [choice for choice in get_args(kind) if choice != value]
+    match value:
+        case str() if get_origin(kind) is Literal and choices:
+            return choices[0]
+        case int():
+            return value + 1
+        case float():
+            return value / 2 if value else 0.5
+        case tuple():
+            return (*value, 7)
+    raise AssertionError(f"say here what another value than {value!r} is")
+
+
+def changed(component: Any) -> Iterator[tuple[str, Any]]:
+    """The component with each of its fields changed in turn."""
+    kinds = get_type_hints(type(component))
+    for one in fields(component):
+        value = getattr(component, one.name)
+        yield one.name, replace(component, **{one.name: another_value(value, kinds[one.name])})
+
+
+OPTIONS = [(group, file.stem) for group in OPTION_GROUPS for file in sorted((CONF / group).glob("*.yaml"))]
+
+
+@pytest.mark.parametrize(("group", "option"), OPTIONS)
+def test_every_field_of_an_option_counts(group: str, option: str, planner: Planner):
+    point = planner([f"{group}={option}"]).point
+    found = {"as it is": fingerprint(point)}
+    for name, component in changed(getattr(point, group)):
+        found[name] = fingerprint(replace(point, **{group: component}))
+    assert len(set(found.values())) == len(found), found
+
+
+def test_every_field_of_the_point_itself_counts():
+    point = DesignPoint()
+    plain = [one.name for one in fields(point) if not is_dataclass(getattr(point, one.name))]
+    assert plain == ["seed"]
+    found = [fingerprint(replace(point, task=task)) for _, task in changed(point.task)]
+    found += [fingerprint(point), fingerprint(replace(point, seed=1))]
+    assert len(set(found)) == len(found)
+
+
+@pytest.mark.parametrize("group", OPTION_GROUPS)
+def test_options_of_a_group_are_told_apart(group: str, of: Of):
+    found = {option: of(f"{group}={option}") for kind, option in OPTIONS if kind == group}
+    assert len(set(found.values())) == len(found)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (DesignPoint(seed=2**63), DesignPoint(seed=2**63 + 1)),
+        (DesignPoint(exploration=Linear(k=0.1)), DesignPoint(exploration=Linear(k=0.1 + 2**-50))),
+        (DesignPoint(msa=MultiStepActions(lengths=(2, 3))), DesignPoint(msa=MultiStepActions(lengths=(3, 2)))),
+        (DesignPoint(world=Torus(size=(4, 5))), DesignPoint(world=Torus(size=(5, 4)))),
+        (DesignPoint(world=Torus(size=4)), DesignPoint(world=Walled(size=4))),
+        (DesignPoint(task=Task(trials=5, periods=6)), DesignPoint(task=Task(trials=6, periods=5))),
+    ],
+    ids=["seed", "float", "order", "axes", "class", "fields"],
+)
+def test_points_that_are_nearly_the_same_are_told_apart(one: DesignPoint, other: DesignPoint):
+    assert fingerprint(one) != fingerprint(other)
+
+
+# Components of one's own.
+
+
+def own_torus(module: str, name: str = "Torus") -> Torus:
+    return make_dataclass(name, [], bases=(Torus,), frozen=True, namespace={"__module__": module, "__version__": 1})()
+
+
+def test_components_of_the_same_name_are_told_apart_by_their_module():
+    mine, yours = own_torus("mine"), own_torus("yours")
+    found = {fingerprint(DesignPoint(world=world)) for world in (mine, yours, own_torus("mine", "Ring"), Torus())}
+    assert len(found) == 4
+    assert fingerprint(DesignPoint(world=own_torus("mine"))) == fingerprint(DesignPoint(world=mine))
+
+
+def test_a_module_with_a_similar_name_does_not_pass_for_the_package():
+    assert fingerprint(DesignPoint(world=own_torus("rl_design_space_more"))) != fingerprint(DesignPoint())
+
+
+@dataclass(frozen=True)
+class Part:
+    weight: float = 1.0
+
+
+@dataclass(frozen=True)
+class OwnWorld(Torus):
+    parts: tuple[Part, ...] = (Part(), Part(weight=2.0))
+    weights: dict[str, float] = field(default_factory=lambda: {"a": 1.0, "b": 2.0}, hash=False)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        OwnWorld(parts=(Part(), Part(weight=3.0))),
+        OwnWorld(parts=(Part(),)),
+        OwnWorld(weights={"a": 1.0}),
+        OwnWorld(weights={"a": 1.0, "b": 3.0}),
+    ],
+    ids=["in a list", "length", "key", "in a mapping"],
+)
+def test_what_a_component_is_made_of_counts(other: OwnWorld):
+    assert fingerprint(DesignPoint(world=other)) != fingerprint(DesignPoint(world=OwnWorld()))
+
+
+def test_the_order_of_a_mapping_does_not_count():
+    one, other = OwnWorld(weights={"a": 1.0, "b": 2.0}), OwnWorld(weights={"b": 2.0, "a": 1.0})
+    assert fingerprint(DesignPoint(world=one)) == fingerprint(DesignPoint(world=other))
+
+
+def test_a_field_that_is_no_plain_value_is_told(tmp_path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "own_schedule.py").write_text(
+        "from dataclasses import dataclass\n"
+        "import numpy as np\n"
+        "@dataclass(frozen=True)\n"
+        "class Steps:\n"
+        "    levels: object = frozenset((0.1, 0.2))\n"
+        "    def schedule(self, trials):\n"
+        "        return np.full(trials, max(self.levels))\n",
+        encoding="utf-8",
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    from own_schedule import Steps
+
+    with pytest.raises(ConfigError, match="plain value"):
+        fingerprint(DesignPoint(exploration=Steps()))
+
+
+# Fields that come later.
+
+
+def grown(**later: object) -> type[Torus]:
+    """The torus as it may be one day: with other fields, and still called by its name."""
+    added = [(name, type(value.default), value) for name, value in later.items()]
+    kind = make_dataclass("Torus", added, bases=(Torus,), frozen=True, kw_only=True)
+    kind.__module__ = Torus.__module__
+    return kind
+
+
+def of_world(world: Torus) -> str:
+    return fingerprint(replace(DesignPoint(), world=world))
+
+
+def test_a_field_that_stands_for_what_was_before_keeps_fingerprints():
+    windy = grown(wind=field(default=0.0, metadata=absent_as(0.0)), holes=field(default=(), metadata=absent_as(())))
+    assert of_world(windy(size=7)) == of_world(Torus(size=7))
+    assert of_world(windy(size=7, wind=-0.0)) == of_world(Torus(size=7))
+    assert of_world(windy(size=7, wind=0.5)) != of_world(Torus(size=7))
+    assert of_world(windy(size=7, holes=(3,))) != of_world(Torus(size=7))
+
+
+def test_a_field_without_that_changes_fingerprints():
+    assert of_world(grown(wind=field(default=0.0))(size=7)) != of_world(Torus(size=7))
+
+
+def test_a_default_that_changes_later_does_not_change_what_stands_for_absence():
+    windy = grown(wind=field(default=0.5, metadata=absent_as(0.0)))
+    assert of_world(windy(size=7, wind=0.0)) == of_world(Torus(size=7))
+    assert of_world(windy(size=7)) != of_world(Torus(size=7))

@@ -1,0 +1,349 @@
+"""Studies: unions of grids, and what the command line makes of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import pytest
+from omegaconf import OmegaConf
+
+from rl_design_space.config.compose import shipped_config
+from rl_design_space.design import AdHoc, DesignPoint, Direction, Linear, Task, Torus
+from rl_design_space.errors import ConfigError
+from rl_design_space.plan.grid import expand
+from rl_design_space.plan.plan import Dropped, Plan
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import Study, load_study, plan_overrides, plan_study, union
+
+
+@pytest.fixture
+def planned(planner: Planner):
+    """Plan a study of these blocks, as if it were a file of conf/study called `mine`."""
+
+    def plan(blocks: Any, *overrides: str, name: str = "mine", **more: Any) -> Plan:
+        return plan_study(name, OmegaConf.create({"study": {"blocks": blocks, **more}}), overrides, planner)
+
+    return plan
+
+
+@pytest.fixture
+def table4(planner: Planner):
+    """Load Table 4 with these overrides; all tests share what was composed."""
+    return lambda *overrides: load_study("table4", overrides, planner)
+
+
+def cells(study: Study) -> set[tuple[str, float, object, int]]:
+    names = ("representation", "exploration.k", "world.size", "task.goals")
+    found = [tuple(planned.parameters[name] for name in names) for planned in study.plan]
+    assert len(set(found)) == len(found)
+    return set(found)
+
+
+def test_table_4_is_eighteen_points(table4):
+    study = table4()
+    ways = ((AdHoc(), Linear(k=0.03)), (Direction(), Linear(k=0.02)))
+    assert [planned.point for planned in study.plan] == [
+        DesignPoint(representation=representation, exploration=exploration, world=Torus(size=d), task=Task(goals=n))
+        for (representation, exploration), d, n in product(ways, (10, 20, 30), (1, 2, 3))
+    ]
+
+
+def test_an_override_of_something_else_holds_for_every_point(table4):
+    study = table4("task.periods=50", "learner.explore=all")
+    assert len(study.plan) == 18
+    assert {planned.point.task.periods for planned in study.plan} == {50}
+    assert {planned.point.learner.explore for planned in study.plan} == {"all"}
+
+
+def test_an_override_replaces_what_the_blocks_choose(table4):
+    study = table4("exploration.k=0.05")
+    assert {planned.point.exploration for planned in study.plan} == {Linear(k=0.05)}
+    assert len(study.plan) == 18
+
+
+def test_an_override_narrows_a_sweep(table4):
+    assert cells(table4("world.size=10")) == {
+        (*way, 10, n) for way, n in product((("ad_hoc", 0.03), ("direction", 0.02)), (1, 2, 3))
+    }
+
+
+def test_an_override_extends_a_sweep(table4):
+    assert cells(table4("world.size=10,40", "task.goals=1")) == {
+        (*way, d, 1) for way, d in product((("ad_hoc", 0.03), ("direction", 0.02)), (10, 40))
+    }
+
+
+def test_an_override_sweeps_what_the_study_leaves_alone(table4):
+    study = table4("world.size=10", "task.goals=1", "reward=many_rewards,end_reward", "seed=range(0,3)")
+    assert len(study.plan) == 2 * 2 * 3
+
+
+def test_the_last_of_two_overrides_counts(table4):
+    assert {planned.point.world for planned in table4("world.size=10", "world.size=5").plan} == {Torus(size=5)}
+
+
+def test_a_forced_override_is_not_lost(table4):
+    # It stands after what the block says, and the command recorded for the point gives it the same meaning.
+    study = table4("++world.size=5", "task.goals=1")
+    assert {planned.point.world for planned in study.plan} == {Torus(size=5)}
+
+
+@pytest.mark.parametrize("overrides", [(), ("world.size=5", "outputs=elsewhere"), ("task.trials=${task.goals}",)])
+def test_the_command_of_a_planned_point_makes_the_same_point(table4, overrides: tuple[str, ...], planner: Planner):
+    for planned in table4("task.goals=2", *overrides).plan:
+        assert planner(planned.overrides).fingerprint == planned.fingerprint
+
+
+def test_settings_reach_the_study_and_the_command_of_every_point(table4):
+    study = table4("outputs=elsewhere", "threads=1", "world.size=5")
+    assert (study.config.outputs, study.config.threads) == ("elsewhere", 1)
+    assert all("outputs=elsewhere threads=1" in planned.command for planned in study.plan)
+    assert all("outputs" not in planned.name for planned in study.plan)
+
+
+def test_commands_of_a_study(table4):
+    study = table4("world.size=[4, 5]", "study=table4")
+    assert study.command == "rl-design-space study=table4 'world.size=[4, 5]'"
+    assert study.report_command == "rl-design-report table4 'world.size=[4, 5]'"
+
+
+# Blocks.
+
+
+def test_all_combinations_of_a_block_are_points(planned):
+    found = planned({"a": {"world.size": "4,5", "seed": "range(0,3)", "task.goals": 2}})
+    assert [p.name for p in found] == [
+        f"world.size={d} seed={seed} task.goals=2" for d, seed in product((4, 5), (0, 1, 2))
+    ]
+
+
+def test_equal_points_of_two_blocks_run_once(planned):
+    found = planned(
+        {
+            "a": {"world.size": "4,10"},
+            "b": {"reward": "many_rewards,each_success"},
+            "c": {"world.size": "[4,4]", "reward.step": -0.1},
+        }
+    )
+    assert [p.name for p in found] == ["world.size=4", "world.size=10", "reward=each_success"]
+
+
+def test_a_block_without_sweeps_is_the_default_point(planned):
+    assert [p.point for p in planned({"default": {}})] == [DesignPoint()]
+
+
+@pytest.mark.parametrize(
+    ("sweeps", "names"),
+    [
+        ({"representation": "glob(d*)"}, ["direct", "direction", "distance"]),
+        ({"representation": "glob(*, exclude=d*)"}, ["ad_hoc"]),
+        ({"seed": "choice(3,1)"}, ["3", "1"]),
+        ({"seed": "sort(3,1)"}, ["1", "3"]),
+        ({"msa.lengths": [2, 3]}, ["[2,3]"]),
+        ({"msa.lengths": "[2],[2,3]"}, ["[2]", "[2,3]"]),
+        ({"exploration.epsilon": 1e-5}, ["1e-05"]),
+        ({"task": {"goals": 2}}, ["{goals:2}"]),
+    ],
+    ids=str,
+)
+def test_the_ways_to_write_values(planned, sweeps: dict[str, object], names: list[str]):
+    assert [p.name for p in planned({"a": sweeps})] == [f"{next(iter(sweeps))}={name}" for name in names]
+
+
+def test_a_value_may_refer_to_another_of_its_point(planned):
+    found = planned({"a": {"task.goals": "2,4", "task.trials": r"\${task.goals}"}})
+    assert [p.point.task for p in found] == [Task(goals=2, trials=2), Task(goals=4, trials=4)]
+
+
+@pytest.mark.parametrize(
+    ("sweeps", "overrides", "message"),
+    [
+        ({"representation": "glob(x*)"}, (), "representation=glob(x*): matches nothing"),
+        ({"seed": "range(3,0)"}, (), "seed=range(3,0): matches nothing"),
+        ({"seed": 1}, ("representation=glob(x*)",), "representation=glob(x*): matches nothing"),
+        ({"exploration": "linear", "exploration.k": "interval(0,1)"}, (), "exploration.k=interval(0,1): an interval"),
+        ({"representation": "ad_hoc,ad_hic"}, (), "did you mean representation=ad_hoc?"),
+        ({"exploration": "linear,exponential", "exploration.k": 0.1}, (), "exploration.k: no such key in Exponential"),
+        ({"world.size": "10,1"}, (), "world.size=1: a size is a whole number of at least 2"),
+        ({"world.size": "[10"}, (), "world.size=[10: not an override"),
+        ({"seed": True}, (), "seed=true: should be a valid integer"),
+        ({"seed": None}, (), "seed=null: should be a valid integer"),
+        ({"seed": 1}, ("task.gaols=1",), "task.gaols: no such key in Task; did you mean task.goals?"),
+    ],
+    ids=str,
+)
+def test_what_is_wrong_in_a_block_is_told_with_study_and_block(planned, sweeps, overrides, message: str):
+    with pytest.raises(ConfigError) as caught:
+        planned({"fine": {"seed": 0}, "broken": sweeps}, *overrides)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith("study mine, block ")
+    assert "broken" in str(caught.value) or overrides
+
+
+@pytest.mark.parametrize("blocks", [None, "a", ["seed=1"], {"a": None}, {"a": "seed=1"}, {"a": ["seed=1"]}], ids=str)
+def test_blocks_that_are_none_are_refused(planned, blocks: object):
+    with pytest.raises(ConfigError, match="study mine: needs blocks, each a mapping of keys to sweeps"):
+        planned(blocks)
+
+
+def test_a_study_without_any_block_is_refused(planned):
+    with pytest.raises(ConfigError, match="study mine: no design point in it"):
+        planned({})
+
+
+def test_a_study_that_does_not_exist_is_refused_with_those_that_do():
+    with shipped_config(), pytest.raises(ConfigError, match=r"study=table: .*did you mean study=table\d\?"):
+        load_study("table", ())
+
+
+def test_a_study_without_a_report_says_so(table4):
+    study = replace(table4("world.size=5"), config=OmegaConf.create({"study": {"blocks": {}}}))
+    with pytest.raises(ConfigError, match="study table4: its file describes no report"):
+        study.report()
+
+
+def test_expanding_keeps_what_is_no_sweep(planner: Planner):
+    assert list(expand(["world.size=[3,4]", "seed=1,2", "task.goals=1"], planner.composer.parser)) == [
+        ("world.size=[3,4]", "seed=1", "task.goals=1"),
+        ("world.size=[3,4]", "seed=2", "task.goals=1"),
+    ]
+
+
+# Constraints.
+
+SIZES = {"a": {"world.size": "4,6", "msa": "none,length_3,length_5"}}
+TOO_LONG = {"drop": "max(msa.lengths, default=1) >= min(world.shape)", "why": "goes all the way round"}
+
+
+def test_a_constraint_drops_points_and_says_how_many_and_why(planned):
+    found = planned(SIZES, constraints={"too_long": TOO_LONG})
+    assert [p.name for p in found] == [
+        "world.size=4 msa=none",
+        "world.size=4 msa=length_3",
+        *(f"world.size=6 msa={msa}" for msa in ("none", "length_3", "length_5")),
+    ]
+    assert found.dropped == (Dropped("mine", "too_long", "goes all the way round", 1),)
+    assert (found.combinations, found.duplicates) == (6, 0)
+
+
+def test_a_point_is_dropped_by_the_first_constraint_that_applies(planned):
+    every = {"drop": "world.size == 4", "why": "small"}
+    found = planned(SIZES, constraints={"too_long": TOO_LONG, "small": every, "never": {"drop": "False", "why": "-"}})
+    assert [(dropped.constraint, dropped.count) for dropped in found.dropped] == [("small", 2), ("too_long", 1)]
+    assert len(found) == 3
+
+
+@pytest.mark.parametrize(
+    ("drop", "left"),
+    [
+        ("representation == 'direction'", {"ad_hoc"}),
+        ("representation in {'ad_hoc'}", {"direction"}),
+        ("representation == 'direction' and representation.goals == 'all'", {"ad_hoc"}),
+        ("task.goals < 3 or seed > 0 or world.size != 10", {"ad_hoc", "direction"}),
+    ],
+)
+def test_an_expression_sees_options_by_name_and_values_by_key(planned, drop: str, left: set[str]):
+    found = planned({"a": {"representation": "ad_hoc,direction"}}, constraints={"c": {"drop": drop, "why": "because"}})
+    assert {p.options["representation"] for p in found} == left
+
+
+def test_combinations_that_cannot_be_points_may_be_dropped(planned):
+    # Four goals and the start do not fit on four cells.
+    blocks = {"a": {"world.size": "2,3", "task.goals": "3,4"}}
+    with pytest.raises(ConfigError, match=r"task\.goals=4: start and goals lie on different cells"):
+        planned(blocks)
+    room = {"drop": "task.goals >= world.shape[0] * world.shape[1]", "why": "no room"}
+    assert len(planned(blocks, constraints={"room": room})) == 3
+
+
+@pytest.mark.parametrize(
+    ("constraints", "message"),
+    [
+        ({"c": {"drop": "world.siz > 3", "why": "-"}}, "block a: constraint c: drop=world.siz > 3: "),
+        ({"c": {"drop": "open('x')", "why": "-"}}, "name 'open' is not defined"),
+        ({"c": {"drop": "world.size >", "why": "-"}}, "should be a Python expression"),
+        ({"c": {"drop": "True"}}, "study mine, constraints.c.why"),
+        ({"c": {"drop": "True", "why": "-", "wy": "-"}}, "wy: no such key; did you mean constraints.c.why?"),
+        ({"c": "True"}, "should be a mapping of names to {drop: EXPRESSION, why: REASON}"),
+        (["True"], "should be a mapping of names to {drop: EXPRESSION, why: REASON}"),
+        ({"c": {"drop": "True", "why": "-"}}, "its constraints drop all 6 combinations"),
+    ],
+    ids=str,
+)
+def test_what_is_wrong_with_a_constraint_is_told(planned, constraints: object, message: str):
+    with pytest.raises(ConfigError) as caught:
+        planned(SIZES, constraints=constraints)
+    assert message in str(caught.value)
+    assert str(caught.value).startswith("study mine")
+
+
+# Several studies.
+
+
+def test_studies_share_their_common_points(planned):
+    mine = planned({"a": {"world.size": "4,5"}})
+    yours = planned({"a": {"world.size": "5,6"}}, name="yours")
+    both = union([mine, yours])
+    assert [(p.name, p.studies) for p in both] == [
+        ("world.size=4", ("mine",)),
+        ("world.size=5", ("mine", "yours")),
+        ("world.size=6", ("yours",)),
+    ]
+    assert (both.name, both.studies, both.combinations, both.duplicates) == ("mine,yours", ("mine", "yours"), 4, 1)
+
+
+# Plans.
+
+
+def test_the_axes_of_a_plan_are_what_its_points_differ_in(planner: Planner):
+    found = plan_overrides(["representation=ad_hoc,direction", "world.size=4,5,6", "seed=7"], planner)
+    assert found.axes == {
+        "representation": {"ad_hoc": 3, "direction": 3},
+        "world.size": {"4": 2, "5": 2, "6": 2},
+    }
+    assert (len(found), found.studies, found.name) == (6, (), "sweep")
+
+
+@pytest.mark.parametrize("of", [1, 2, 3, 7, 20])
+def test_shards_are_the_whole_plan_each_point_once(planner: Planner, of: int):
+    sweeps = ["world.size=range(4,14)", "seed=0,1"]
+    found = plan_overrides(sweeps, planner)
+    shards = [found.shard(number, of) for number in range(1, of + 1)]
+    assert sorted(p.name for shard in shards for p in shard) == sorted(p.name for p in found)
+    assert max(map(len, shards)) - min(map(len, shards)) <= 1
+    assert {shard.whole for shard in shards} == {20}
+    # Whatever order the points were asked for in.
+    other = plan_overrides(sweeps[::-1], planner)
+    assert {p.fingerprint for p in other.shard(1, of)} == {p.fingerprint for p in shards[0]}
+
+
+# Studies of studies.
+
+
+def test_a_study_may_include_others(planner: Planner):
+    config = OmegaConf.create({"study": {"includes": ["table4", "table2"]}})
+    found = plan_study("both", config, ("task.periods=5",), planner)
+    parts = [load_study(name, ("task.periods=5",), planner).plan for name in ("table4", "table2")]
+    assert {p.fingerprint for p in found} == {p.fingerprint for part in parts for p in part}
+    assert found.studies == ("both", "table4", "table2")
+    assert all(p.studies[0] == "both" for p in found)
+    assert {p.point.task.periods for p in found} == {5}
+
+
+@pytest.mark.parametrize("included", ["table4", [1], ["both"], [["table4"]]], ids=str)
+def test_what_is_included_is_a_list_of_other_studies(planner: Planner, included: object):
+    config = OmegaConf.create({"study": {"includes": included}})
+    with pytest.raises(ConfigError, match="study both: includes should be a list of the names of other studies"):
+        plan_study("both", config, (), planner)
+
+
+def test_a_report_may_need_no_points(planner: Planner):
+    config = OmegaConf.create({"study": {"report": {"_target_": "somewhere.Report"}}})
+    assert len(plan_study("picture", config, (), planner)) == 0
+
+
+@pytest.mark.parametrize(("periods", "mark"), [(500, ""), (50, "quick look: 50 periods instead of 500"), (900, "")])
+def test_a_study_of_fewer_periods_is_marked(table4, periods: int, mark: str):
+    assert table4(f"task.periods={periods}").mark == mark

@@ -1,0 +1,157 @@
+"""Real clusters of this machine's cores, through the real command line: the same bits, and workers that are killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.command_runner import Command, commands_in, runs, started
+
+LAUNCHERS = ("design_dask", "design_ray")
+SWEEP = ("-m", "task.periods=3", "task.trials=5", "representation=ad_hoc,direction", "world.size=4,5,6")
+
+#: The first worker that comes to size 5 leaves its number and stays; who comes later, learns. And one that raises.
+#: The process that plans has the command's name in its command line; workers are started otherwise.
+OWN = """
+import os
+import time
+from pathlib import Path
+from rl_design_space.design import Torus
+
+def plans():
+    return b"rl-design-space" in Path("/proc/self/cmdline").read_bytes()
+
+class Waiting(Torus):
+    def next_cell(self):
+        mark = Path("out/worker")
+        if self.size == 5 and not plans() and not mark.exists():
+            mark.with_suffix(".new").write_text(str(os.getpid()))
+            mark.with_suffix(".new").rename(mark)
+            time.sleep(600)
+        return super().next_cell()
+
+class Fragile(Torus):
+    def next_cell(self):
+        if self.size == 5:
+            raise RuntimeError("the floor of [5] is gone")
+        return super().next_cell()
+"""
+
+
+@pytest.fixture(scope="module", params=LAUNCHERS)
+def launcher(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def folder(launcher: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp(launcher)
+
+
+@pytest.fixture(scope="module")
+def command(folder: Path, empty_database: Path) -> Command:
+    run = commands_in(folder, empty_database)
+    (folder / "own" / "mine.py").write_text(OWN, encoding="utf-8")
+    return run
+
+
+def results(folder: Path, outputs: str) -> dict[str, tuple[bytes, bytes]]:
+    """What was learned of each point, by fingerprint."""
+    query = """select t.value, r.artifact_uri from runs r join tags t using (run_uuid)
+               where t.key = 'fingerprint' and r.status = 'FINISHED'"""
+    with closing(sqlite3.connect(folder / outputs / "mlflow.db")) as database:
+        found = database.execute(query).fetchall()
+    assert len({fingerprint for fingerprint, _ in found}) == len(found), "a point is there twice"
+    arrays = {fingerprint: np.load(Path(uri.removeprefix("file://")) / "periods.npz") for fingerprint, uri in found}
+    return {name: (array["steps"].tobytes(), array["success"].tobytes()) for name, array in arrays.items()}
+
+
+def waiting_for(path: Path, process: subprocess.Popen[str]) -> None:
+    while not path.exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+
+
+def test_a_cluster_gives_the_same_bits_even_when_a_worker_is_killed(launcher: str, command: Command, folder: Path):
+    words = (*SWEEP, "world._target_=mine.Waiting", "threads=2")
+    process = started(folder, *words, f"hydra/launcher={launcher}", "hydra.launcher.chunk=2", "outputs=out/there")
+    waiting_for(folder / "out" / "worker", process)
+    os.kill(int((folder / "out" / "worker").read_text()), signal.SIGKILL)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, out + err
+    assert err == ""
+    assert f"2 {launcher.removeprefix('design_').capitalize()} workers" in out
+    assert "6 learned now, 0 before, 0 failed" in out
+    assert runs(folder, "sweeps", "out/there") == [("sweep", "FINISHED")]
+    command("rl-design-space", *words, outputs="out/here")
+    here = results(folder, "out/here")
+    assert len(here) == 6
+    assert here == results(folder, "out/there")
+
+
+def test_a_point_that_fails_fails_alone(launcher: str, command: Command, folder: Path):
+    words = (*SWEEP, "world._target_=mine.Fragile", f"hydra/launcher={launcher}")
+    done = command("rl-design-space", *words, status=1, outputs="out/failed")
+    assert "4 learned now, 0 before, 2 failed" in done.stdout
+    assert "RuntimeError: the floor of [5] is gone" in done.stdout
+    assert "mine.py:" in done.stdout
+    assert len(results(folder, "out/failed")) == 4
+
+
+def test_an_interruption_ends_workers_and_all(launcher: str, command: Command, folder: Path):
+    (folder / "out" / "worker").unlink(missing_ok=True)
+    words = [*SWEEP, "world._target_=mine.Waiting", f"hydra/launcher={launcher}", "threads=2"]
+    process = started(folder, *words, "outputs=out/interrupted")
+    waiting_for(folder / "out" / "worker", process)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, out + err
+    assert err.splitlines()[-1].startswith("interrupted; the same command goes on")
+    assert "Traceback" not in err
+    worker = int((folder / "out" / "worker").read_text())
+    deadline = time.monotonic() + 60
+    while _lives(worker):
+        assert time.monotonic() < deadline, "the worker lives on"
+        time.sleep(0.1)
+    assert runs(folder, "sweeps", "out/interrupted")[-1] == ("sweep", "KILLED")
+
+
+def _lives(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state != "Z"
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("hydra.launcher.chunk=0", "hydra.launcher.chunk=0: should be null or a whole number of at least 1"),
+        ("hydra.launcher.address=here", "hydra.launcher.address=here: should be null or like "),
+        # Nobody listens at this port of this machine.
+        ("hydra.launcher.address=127.0.0.1:9", "hydra.launcher.address=127.0.0.1:9: no cluster can be reached there: "),
+    ],
+)
+def test_what_is_wrong_with_a_cluster_is_told_at_once(launcher: str, override: str, message: str, command: Command):
+    done = command("rl-design-space", *SWEEP, f"hydra/launcher={launcher}", override, "tracking=none", status=2)
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"error: {message}")
+
+
+def test_without_the_extra_it_says_what_to_install(launcher: str, command: Command, folder: Path):
+    extra, module = (("dask", "distributed"), ("ray", "ray"))[LAUNCHERS.index(launcher)]
+    program = f"import sys; sys.modules[{module!r}] = None; from rl_design_space.commands.cli import main; main()"
+    done = command(sys.executable, "-c", program, *SWEEP, f"hydra/launcher={launcher}", "tracking=none", status=2)
+    assert done.stderr == (
+        f"error: hydra/launcher={launcher}: needs {extra.capitalize()}; pip install 'rl-design-space[{extra}]'\n"
+    )

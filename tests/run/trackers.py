@@ -1,0 +1,110 @@
+"""A tracker that keeps everything in memory, and a watcher that remembers what it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from rl_design_space.learning import LearningCurves
+from rl_design_space.plan.plan import Plan, PlannedPoint
+from rl_design_space.tracking.tracker import Settled, StoredRun, SweepEnding
+
+
+@dataclass
+class MemorySweep:
+    """A summary run."""
+
+    name: str
+    command: str
+    status: str = "RUNNING"
+    counts: dict[str, int] = field(default_factory=dict)
+    failures: dict[str, str] = field(default_factory=dict)
+    verdict: str = ""
+    stored: dict[str, StoredRun] = field(default_factory=dict)
+
+    def close(self, ending: SweepEnding) -> None:
+        assert self.status == "RUNNING", "closed twice"
+        self.status, self.counts, self.failures = ending.status, dict(ending.counts), dict(ending.failures)
+        self.verdict, self.stored = ending.verdict, dict(ending.stored)
+
+
+@dataclass
+class MemoryTracker:
+    """Stored runs by fingerprint, and summary runs."""
+
+    runs: dict[str, StoredRun] = field(default_factory=dict)
+    sweeps: list[MemorySweep] = field(default_factory=list)
+    #: Raised when the points with these names are recorded.
+    errors: Mapping[str, BaseException] = field(default_factory=dict)
+    claimed: set[str] = field(default_factory=set)
+    #: Points that somebody else is at, and how often to say so before they are found recorded, or given up.
+    busy: dict[str, int] = field(default_factory=dict)
+    records_of_others: set[str] = field(default_factory=set)
+    #: What the store does not take in the end, and what it has not taken yet.
+    lost: dict[str, str] = field(default_factory=dict)
+    awaiting: int = 0
+    location: str = "memory"
+
+    def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        return {fingerprint: self.runs[fingerprint] for fingerprint in fingerprints if fingerprint in self.runs}
+
+    def claim(self, fingerprint: str) -> bool:
+        if self.busy.get(fingerprint, 0) > 0:
+            self.busy[fingerprint] -= 1
+            return False
+        assert fingerprint not in self.claimed, "claimed twice"
+        self.claimed.add(fingerprint)
+        if fingerprint in self.records_of_others:
+            self.runs[fingerprint] = StoredRun(f"run {len(self.runs)}")
+        return True
+
+    def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
+        return self.runs.get(fingerprint)
+
+    def release(self, fingerprint: str) -> None:
+        self.claimed.discard(fingerprint)
+
+    def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
+        assert planned.fingerprint in self.claimed, "recorded by somebody who had not claimed it"
+        if planned.name in self.errors:
+            raise self.errors[planned.name]
+        assert planned.fingerprint not in self.runs, "recorded twice"
+        scalars = curves.scalars(planned.point.world.shape)
+        run = StoredRun(f"run {len(self.runs)}", frozenset(planned.studies), scalars)
+        self.runs[planned.fingerprint] = run
+        return run
+
+    def add_studies(self, stored: Mapping[str, StoredRun], studies: Mapping[str, Sequence[str]]) -> None:
+        for fingerprint, run in stored.items():
+            assert self.runs[fingerprint].run_id == run.run_id
+            self.runs[fingerprint] = replace(run, studies=run.studies | set(studies.get(fingerprint, ())))
+
+    def settle(self, told: Callable[[int, str], None] = lambda left, trouble: None) -> Settled:
+        told(self.awaiting, "")
+        lost, self.lost = self.lost, {}
+        return Settled(self.awaiting, "the store is away" if self.awaiting else "", lost)
+
+    def open_sweep(self, plan: Plan, command: str) -> MemorySweep:
+        self.sweeps.append(MemorySweep(plan.name, command))
+        return self.sweeps[-1]
+
+
+@dataclass
+class Memory:
+    """What a watcher is told: names of points that started, and names and results of those that ended."""
+
+    started_points: list[str] = field(default_factory=list)
+    results: dict[str, LearningCurves | StoredRun | Exception] = field(default_factory=dict)
+
+    def started(self, planned: PlannedPoint) -> None:
+        self.started_points.append(planned.name)
+
+    def learned(self, planned: PlannedPoint) -> None:
+        assert planned.name in self.started_points, "learned before it was begun"
+
+    def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
+        assert planned.name not in self.results, "ended twice"
+        self.results[planned.name] = result
+
+    def waiting(self, left: int, trouble: str) -> None:
+        pass
