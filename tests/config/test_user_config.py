@@ -120,7 +120,7 @@ def test_an_own_option_is_assembled_without_composing(folder: Path, monkeypatch:
     with user_config.used(folder), shipped_config():
         planner = Planner()
         planner(["representation=way"])
-        monkeypatch.setattr(planner, "_compose", None)
+        monkeypatch.setattr(planner.composer, "_compose", None)
         planner([])
         assert type(planner(["representation=way", "representation.width=7"]).point.representation).__name__ == "Way"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rl_design_space import commands
+from rl_design_space.commands import words as command_words
 
 #: What takes seconds to import, and nothing here has a use for.
 SLOW = {"mlflow", "numba", "pandas", "seaborn"}
@@ -58,7 +58,7 @@ def command(tmp_path: Path) -> Command:
 def test_help_says_what_to_type_and_what_there_is(words: tuple[str, ...], command: Command):
     lines = [" ".join(line.split()) for line in command(*words).stdout.splitlines()]
     assert "rl-design-space study=table4 run it; the same again goes on where this one stopped" in lines
-    for word, said in commands.summaries().items():
+    for word, said in command_words.summaries().items():
         assert f"{word} {said}" in lines
     assert "world torus, walled" in lines
     assert "representation ad_hoc, direct, direction, distance" in lines
