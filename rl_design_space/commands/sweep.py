@@ -119,7 +119,7 @@ class _Objectives:
 
     def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         if isinstance(result, LearningCurves):
-            scalars = result.scalars(planned.point.world.shape)
+            scalars = result.scalars()
             self.values[planned.fingerprint] = objective_value(self._objective, scalars)
         self.display.ended(planned, result)
 
