@@ -1,4 +1,4 @@
-"""docs/components.md does what it says: its files and commands, in an empty folder."""
+"""The files and commands of docs/components.md work in an empty folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PAGE = (Path(__file__).parents[1] / "docs" / "components.md").read_text(encoding
 BLOCKS = [(token.info.split(), token.content) for token in MarkdownIt().parse(PAGE) if token.type == "fence"]
 FILES = {words[1]: content for words, content in BLOCKS if len(words) == 2}
 COMMANDS = [line for words, content in BLOCKS if words == ["sh"] for line in content.splitlines()]
-#: Each kind's own option beside a built-in one.
+#: Kind of component, a built-in option, the option of the page.
 KINDS = [
     ("representation", "ad_hoc", "rings"),
     ("exploration", "constant", "hyperbolic"),
@@ -29,7 +29,7 @@ KINDS = [
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder that holds the files of the page, and nothing else."""
+    """Return a folder with the files of the page."""
     folder = tmp_path_factory.mktemp("page")
     for name, content in FILES.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -61,7 +61,7 @@ def test_the_commands_of_the_page_run(folder: Path):
 
 
 @pytest.mark.parametrize(("kind", "built_in", "own"), KINDS)
-def test_an_example_of_the_page_is_swept_beside_a_built_in_option(kind: str, built_in: str, own: str, folder: Path):
+def test_an_example_is_swept_with_a_built_in_option(kind: str, built_in: str, own: str, folder: Path):
     small = ("task.periods=2", "task.trials=3", "task.goals=1", "tracking=none")
     done = run(folder, "rl-design-space", "--config-dir", "conf", "-m", f"{kind}={built_in},{own}", *small)
     assert "2 points, 2 learned now, 0 before, 0 failed" in done.stdout

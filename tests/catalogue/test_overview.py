@@ -18,7 +18,7 @@ def test_the_help_of_the_report_lists_the_studies(capsys: pytest.CaptureFixture[
         report.main()
     listed = capsys.readouterr().out.partition("studies:\n")[2]
     assert {file.stem for file in CONF.glob("study/*.yaml")} <= set(listed.split())
-    assert "paper     Everything: all tables, figures and claims of the paper" in listed
+    assert "paper     All tables, figures and claims of the paper" in listed
 
 
 def test_every_command_says_what_it_does_in_one_sentence():
