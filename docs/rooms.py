@@ -39,7 +39,7 @@ _Colour = tuple[float, ...]
 
 
 def rooms() -> pd.DataFrame:
-    """Return the rooms from top to bottom, one row a layer of the contract.
+    """Return the rooms from top to bottom: one row a folder, and one for neighbouring layers of single modules.
 
     Returns:
         Columns `modules` (their names below the package) and `lines` (of Python). The package's own `__init__` belongs
@@ -47,8 +47,13 @@ def rooms() -> pd.DataFrame:
     """
     settings = tomllib.loads((_ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
     (contract,) = (each for each in settings["contracts"] if each["type"] == "layers")
-    first, *others = (tuple(layer.split(" | ")) for layer in contract["layers"])
-    layers = [("__init__", *first), *others]
+    layers = [("__init__",)]
+    for layer in contract["layers"]:
+        modules = tuple(layer.split(" | "))
+        if any(map(_is_folder, (*layers[-1], *modules))):
+            layers.append(modules)
+        else:
+            layers[-1] += modules
     return pd.DataFrame({"modules": layers, "lines": [sum(map(_lines, modules)) for modules in layers]})
 
 
@@ -120,9 +125,13 @@ def _part(module: str) -> str:
     return module.split(".")[1] if "." in module else "__init__"
 
 
+def _is_folder(module: str) -> bool:
+    return (_ROOT / _PACKAGE / module).is_dir()
+
+
 def _lines(module: str) -> int:
     path = _ROOT / _PACKAGE / module
-    files = path.rglob("*.py") if path.is_dir() else [path.with_suffix(".py")]
+    files = path.rglob("*.py") if _is_folder(module) else [path.with_suffix(".py")]
     return sum(len(file.read_text(encoding="utf-8").splitlines()) for file in files)
 
 

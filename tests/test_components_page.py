@@ -29,7 +29,7 @@ KINDS = [
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with the files of the page."""
+    """A folder that holds the files of the page, and nothing else."""
     folder = tmp_path_factory.mktemp("page")
     for name, content in FILES.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -61,7 +61,7 @@ def test_the_commands_of_the_page_run(folder: Path):
 
 
 @pytest.mark.parametrize(("kind", "built_in", "own"), KINDS)
-def test_an_example_is_swept_with_a_built_in_option(kind: str, built_in: str, own: str, folder: Path):
+def test_an_example_of_the_page_is_swept_beside_a_built_in_option(kind: str, built_in: str, own: str, folder: Path):
     small = ("task.periods=2", "task.trials=3", "task.goals=1", "tracking=none")
     done = run(folder, "rl-design-space", "--config-dir", "conf", "-m", f"{kind}={built_in},{own}", *small)
     assert "2 points, 2 learned now, 0 before, 0 failed" in done.stdout

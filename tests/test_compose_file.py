@@ -62,7 +62,7 @@ def test_images_are_pinned():
 
 
 @needs_postgres
-def test_the_image_has_the_tested_version_of_postgresql():
+def test_postgresql_is_the_one_that_is_tested():
     said = subprocess.run([PROGRAMS / "postgres", "--version"], capture_output=True, text=True, check=True).stdout
     tested = re.search(r"\d+", said)[0]
     image = composed(**SECRETS)["services"]["postgres"]["image"]

@@ -26,7 +26,7 @@ def test_the_pages_contain_commands():
 
 @pytest.fixture(scope="module")
 def folder(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder in which the commands of all pages run, one page after the other."""
+    """Where somebody reads one page after the other."""
     folder = tmp_path_factory.mktemp("reader")
     (folder / "temporary").mkdir()
     copy_database(empty_database, folder / "outputs" / "mlflow.db")
