@@ -120,7 +120,7 @@ def test_a_report_of_no_recorded_point_is_refused_and_replaces_nothing(command: 
 
 
 def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command, report: Path, folder: Path):
-    # A few points of a seed that nobody has run.
+    # A few points of a seed of their own.
     command("rl-design-space", "study=paper", *SMALL, "seed=77", "shard=1/40")
     said = command("rl-design-report", "all", *SMALL, "seed=77")
     assert re.search(r"^missing: 4\d\d of 476 points; `rl-design-space study=paper .*` makes them$", said.stderr, re.M)
@@ -134,7 +134,7 @@ def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command
 
 @needs_browser
 @pytest.mark.parametrize("width", [400, 1300], ids=["phone", "desk"])
-def test_a_browser_shows_the_page_and_has_nothing_to_complain_of(report: Path, tmp_path: Path, width: int):
+def test_a_browser_shows_the_page_without_complaints(report: Path, tmp_path: Path, width: int):
     html, complaints = opened(report / "index.html", tmp_path / "profile", f"--window-size={width},900")
     assert complaints == []
     assert html.count("<h2") == len(SECTIONS) + 1
