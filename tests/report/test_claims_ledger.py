@@ -1,4 +1,4 @@
-"""The ledger from points to files: verdicts, what is missing, and what is wrong with a claim."""
+"""The ledger from points to files: verdicts, missing points and invalid claims."""
 
 from __future__ import annotations
 

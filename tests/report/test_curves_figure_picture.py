@@ -1,4 +1,4 @@
-"""What a figure of learning curves shows is what its CSV holds, and can be told apart."""
+"""A figure of learning curves draws what its CSV holds, with lines that differ without colours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reports of any runs: the numbers are those of the simulations, and what cannot be told is not."""
+"""Figures of any runs: their numbers are those of the simulations, and what is not known is left out."""
 
 from __future__ import annotations
 

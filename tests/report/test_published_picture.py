@@ -1,4 +1,4 @@
-"""The picture of a published table: readable in every colour, honest about what is missing."""
+"""The picture of a published table: readable on every colour, with missing cells hatched."""
 
 from __future__ import annotations
 

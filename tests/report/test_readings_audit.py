@@ -1,4 +1,4 @@
-"""The audit: readings are told apart by their points, ranked by their fit, and missing ones are named."""
+"""The audit of readings: points of each reading, ranking by fit, and missing cells."""
 
 from __future__ import annotations
 

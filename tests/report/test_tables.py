@@ -1,4 +1,4 @@
-"""Tables 1, 2 and 3 and Figure 1: numbers, grades, the paper's side, and what is missing."""
+"""Tables 1, 2 and 3 and Figure 1: numbers, grades, published values and missing points."""
 
 from __future__ import annotations
 
