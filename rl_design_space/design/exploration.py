@@ -11,7 +11,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 
-Probability = Annotated[float, Field(ge=0, le=1)]
+_Probability = Annotated[float, Field(ge=0, le=1)]
 
 
 @runtime_checkable
@@ -31,7 +31,7 @@ class Constant:
         epsilon: probability of an exploratory action.
     """
 
-    epsilon: Probability = 0.1
+    epsilon: _Probability = 0.1
 
     def schedule(self, trials: int) -> FloatArray:
         return np.full(trials, self.epsilon)
@@ -60,7 +60,7 @@ class Linear(_Decay):
         k: decrease of ε a trial; the paper tries 0.01 to 0.1.
     """
 
-    start: Probability = 0.9
+    start: _Probability = 0.9
     k: Annotated[float, Field(ge=0)] = 0.03
 
     def schedule(self, trials: int) -> FloatArray:
@@ -77,7 +77,7 @@ class Exponential(_Decay):
         l: factor by which ε falls a trial; the paper tries 1 to 10. With l below 1, ε grows until it is 1.
     """
 
-    start: Probability = 0.9
+    start: _Probability = 0.9
     l: Annotated[float, Field(gt=0)] = 2.0  # noqa: E741 (the paper's name)
 
     def schedule(self, trials: int) -> FloatArray:

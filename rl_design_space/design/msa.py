@@ -24,7 +24,7 @@ def _distinct(lengths: tuple[int, ...]) -> tuple[int, ...]:
 
 
 _Length = Annotated[int, Field(ge=2, le=1_000_000)]
-Lengths = Annotated[
+_Lengths = Annotated[
     tuple[_Length, ...],
     BeforeValidator(_in_order, json_schema_input_type=list[_Length]),
     AfterValidator(_distinct),
@@ -51,7 +51,7 @@ class MultiStepActions:
             at that move), `stop` ends the MSA there.
     """
 
-    lengths: Lengths = ()
+    lengths: _Lengths = ()
     propagation: Literal["primitives", "all_shorter", "none"] = "primitives"
     reward: Literal["realised", "printed"] = "realised"
     sub_goal: Literal["continue", "stop"] = "continue"

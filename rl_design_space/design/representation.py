@@ -20,7 +20,7 @@ from rl_design_space.design.world import World, cell_count
 _LARGEST_CODE = int(np.iinfo(np.int64).max)
 
 #: Which goals an observation speaks of: all of them (Table 2 counts them all), or only those not yet reached.
-ObservedGoals = Literal["all", "remaining"]
+_ObservedGoals = Literal["all", "remaining"]
 
 
 @runtime_checkable
@@ -54,7 +54,7 @@ class SizedRepresentation(Representation, Protocol):
         ...
 
 
-def encode(digits: IntArray, base: int, goals: ObservedGoals = "all") -> NDArray[np.int64]:
+def encode(digits: IntArray, base: int, goals: _ObservedGoals = "all") -> NDArray[np.int64]:
     """Write one digit a goal, and the success counter, as a single code.
 
     Args:
@@ -112,7 +112,7 @@ class Distance:
         goals: whose distances are observed: `all` goals', or only those `remaining`.
     """
 
-    goals: ObservedGoals = "all"
+    goals: _ObservedGoals = "all"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         x, y = world.offset(goals)
@@ -148,7 +148,7 @@ class Direction:
     """
 
     rule: Literal["dominant_axis", "horizontal_first"] = "dominant_axis"
-    goals: ObservedGoals = "all"
+    goals: _ObservedGoals = "all"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         x, y = world.offset(goals)

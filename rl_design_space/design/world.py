@@ -77,7 +77,7 @@ def _canonical_size(size: Any) -> int | tuple[int, int]:
 
 
 _Side = Annotated[int, Field(ge=2)]
-Size = Annotated[
+_Size = Annotated[
     int | tuple[int, int],
     BeforeValidator(_canonical_size, json_schema_input_type=_Side | tuple[_Side, _Side]),
 ]
@@ -91,7 +91,7 @@ class _Grid(ABC):
         size: d for d×d cells, or [dx, dy].
     """
 
-    size: Size = 10
+    size: _Size = 10
 
     @property
     def shape(self) -> tuple[int, int]:
