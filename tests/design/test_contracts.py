@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rl_design_space.config.compose import OPTION_GROUPS
 from rl_design_space.contracts import (
     check_exploration,
     check_msa,
@@ -22,49 +23,67 @@ from rl_design_space.contracts import (
 from rl_design_space.design import (
     AdHoc,
     Constant,
-    Direct,
     Direction,
     Distance,
     Exponential,
     GoalReward,
     Linear,
     MultiStepActions,
-    Sigmoidal,
     Torus,
     Walled,
 )
+from rl_design_space.plan.planner import Planner
+from tests.design.options import names_of, variations
 from tests.misfits import misfit
 
 ROOT = Path(__file__).parents[2]
 
-KEPT = [
-    (check_world, Torus()),
-    (check_world, Torus(size=2)),
+CHECKS = {
+    "world": check_world,
+    "representation": check_representation,
+    "exploration": check_exploration,
+    "msa": check_msa,
+    "reward": check_reward,
+}
+SHIPPED = [pytest.param(group, name, id=f"{group}={name}") for group in CHECKS for name in names_of(group)]
+#: Beside the shipped options and the limits of their ranges.
+UNUSUAL = [
     (check_world, Torus(size=(100, 3))),
-    (check_world, Walled()),
     (check_world, Walled(size=(2, 9))),
     (check_world, misfit(Walled(size=3), open_cells=lambda self: np.array([0, 1, 3], dtype=np.int32))),
-    (check_representation, AdHoc()),
-    (check_representation, Distance()),
-    (check_representation, Distance(goals="remaining")),
-    (check_representation, Direction()),
-    (check_representation, Direction(goals="remaining")),
-    (check_representation, Direction(rule="horizontal_first")),
-    (check_representation, Direction(rule="horizontal_first", goals="remaining")),
-    (check_representation, Direct()),
-    (check_exploration, Constant()),
-    (check_exploration, Linear()),
-    (check_exploration, Exponential()),
     (check_exploration, Exponential(start=0.01, l=0.5)),
-    (check_exploration, Sigmoidal()),
-    (check_reward, GoalReward()),
-    (check_msa, MultiStepActions()),
     (check_msa, MultiStepActions(lengths=(5, 2, 3))),
 ]
 
 
-@pytest.mark.parametrize(("check", "component"), KEPT, ids=lambda value: getattr(value, "__name__", None) or str(value))
-def test_built_in_options_keep_their_contract(check, component):
+@pytest.mark.parametrize(("group", "name"), SHIPPED)
+def test_a_shipped_option_keeps_its_contract(group: str, name: str, planner: Planner):
+    option = getattr(planner([f"{group}={name}"]).point, group)
+    CHECKS[group](option)
+    for variation in variations(option):
+        CHECKS[group](variation)
+
+
+def test_the_variations_of_an_option_are_those_of_its_annotations():
+    varied = set(variations(Direction()))
+    assert varied == {
+        Direction(rule=rule, goals=goals)
+        for rule in ("dominant_axis", "horizontal_first")
+        for goals in ("all", "remaining")
+    }
+    assert {Linear(start=0), Linear(start=1), Linear(k=0)} <= set(variations(Linear()))
+    assert Torus(size=2) in variations(Torus())
+
+
+def test_every_choice_with_a_contract_has_options_and_only_the_learner_has_no_contract():
+    assert set(CHECKS) == set(OPTION_GROUPS) - {"learner"}
+    assert all(names_of(group) for group in CHECKS)
+
+
+@pytest.mark.parametrize(
+    ("check", "component"), UNUSUAL, ids=lambda value: getattr(value, "__name__", None) or str(value)
+)
+def test_unusual_values_keep_the_contract(check, component):
     check(component)
 
 
