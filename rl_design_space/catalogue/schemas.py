@@ -1,6 +1,7 @@
-"""The schema files for editors: one beside the options of every choice, and one beside the primary config.
+"""The JSON Schemas for editors: one file beside the options of every choice, and one beside the primary config.
 
-`python -m rl_design_space.catalogue.schemas` writes them.
+The files follow from `conf/` and from the classes that it names. `make lint`, and so `make test`, renews them with
+`python -m rl_design_space.catalogue.schemas`.
 """
 
 from __future__ import annotations
@@ -46,10 +47,12 @@ def made() -> dict[str, str]:
 
 
 def main() -> None:
-    """Write all files."""
+    """Write the files that are out of date, and print their paths."""
     for path, text in made().items():
-        (CONF / path).write_text(text, encoding="utf-8")
-        print(CONF / path)
+        file = CONF / path
+        if not file.is_file() or file.read_text(encoding="utf-8") != text:
+            file.write_text(text, encoding="utf-8")
+            print(f"wrote {file}")
 
 
 def _schemas(search: Search) -> Iterator[tuple[str, Schema]]:
