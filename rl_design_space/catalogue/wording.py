@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from rl_design_space._yaml import as_yaml
+
 _KINDS = {
     "integer": "whole number",
     "number": "number",
@@ -43,17 +45,6 @@ def range_in_words(schema: Mapping[str, Any]) -> str:
     if schema.get("type") == "array" and (items := _items(schema)):
         return range_in_words(items)
     return _bounds(schema) or ("not empty" if schema.get("minLength") else str(schema.get("pattern", "")))
-
-
-def as_yaml(value: Any) -> str:
-    """A value as one would type it."""
-    if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(as_yaml, value))}]"
-    if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{key}: {as_yaml(inner)}' for key, inner in value.items())}}}"
-    return str(value)
 
 
 def _alternatives(schema: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -8,9 +8,10 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
+from rl_design_space._yaml import as_yaml
 from rl_design_space.catalogue.options import NOT_GIVEN, Choice, Option, Parameter
 from rl_design_space.catalogue.studies import StudyEntry
-from rl_design_space.catalogue.wording import as_yaml, kind_in_words, range_in_words
+from rl_design_space.catalogue.wording import kind_in_words, range_in_words
 from rl_design_space.commands.terminal import plan_lines, plan_table
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
+from rl_design_space._yaml import as_yaml
 from rl_design_space.config.explain import explain
 from rl_design_space.errors import ConfigError
 
@@ -50,15 +51,4 @@ def axes(overrides: Sequence[str], parser: OverridesParser) -> dict[str, list[st
 
 def as_overrides(sweeps: Mapping[str, Any]) -> list[str]:
     """A block as one would type it; strings are Hydra's sweep grammar, anything else is a value."""
-    return [f"{key}={_typed(value)}" for key, value in sweeps.items()]
-
-
-def _typed(value: Any) -> str:
-    """A value in Hydra's grammar."""
-    if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    if isinstance(value, Mapping):
-        return f"{{{','.join(f'{key}:{_typed(item)}' for key, item in value.items())}}}"
-    if isinstance(value, list):
-        return f"[{','.join(map(_typed, value))}]"
-    return str(value)
+    return [f"{key}={as_yaml(value)}" for key, value in sweeps.items()]

@@ -11,7 +11,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space.catalogue.docstrings import docstring_of
 from rl_design_space.catalogue.fields import schemas_of, target
-from rl_design_space.catalogue.wording import as_yaml, kind_in_words, range_in_words
+from rl_design_space.catalogue.wording import kind_in_words, range_in_words
 from rl_design_space.errors import ConfigError
 
 
@@ -154,11 +154,3 @@ def test_a_target_that_is_no_class_is_refused(path: str):
 def test_types_and_ranges_in_words(annotation: Any, kind: str, values: str):
     schema = TypeAdapter(annotation).json_schema()
     assert (kind_in_words(schema), range_in_words(schema)) == (kind, values)
-
-
-@pytest.mark.parametrize(
-    ("value", "typed"),
-    [(None, "null"), (True, "true"), ([1, [2.5]], "[1, [2.5]]"), ({"a": None}, "{a: null}"), ("x y", "x y"), (0, "0")],
-)
-def test_values_read_as_they_are_typed(value: Any, typed: str):
-    assert as_yaml(value) == typed
