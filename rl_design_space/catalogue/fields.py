@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from pkgutil import resolve_name
 from typing import Any, NamedTuple
 
 from pydantic import ConfigDict, PydanticUserError, TypeAdapter, create_model
@@ -14,7 +13,6 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from rl_design_space.catalogue.docstrings import docstring_of
-from rl_design_space.errors import ConfigError
 
 Schema = dict[str, Any]
 _REFERENCE = "#/$defs/{model}"
@@ -32,21 +30,6 @@ class ClassSchemas(NamedTuple):
     definitions: Mapping[str, Schema]
 
 
-def target(path: str) -> type:
-    """The class that a `_target_` names.
-
-    Raises:
-        ConfigError: it cannot be imported, or is no class.
-    """
-    try:
-        kind = resolve_name(path)
-    except Exception as error:  # whatever a module of a user's own raises when it is imported
-        raise ConfigError.at("_target_", path, f"cannot be imported: {error}") from error
-    if not isinstance(kind, type):
-        raise ConfigError.at("_target_", path, "should name a class")
-    return kind
-
-
 def schemas_of(kinds: Mapping[str, type]) -> ClassSchemas:
     """The fields of classes: their types, ranges and defaults; descriptions are those of the docstrings.
 
@@ -62,11 +45,6 @@ def schemas_of(kinds: Mapping[str, type]) -> ClassSchemas:
         described = dict(definitions[schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema)
         classes[name] = _described(described, kinds[name])
     return ClassSchemas(classes, definitions)
-
-
-def field_names(kind: type) -> list[str]:
-    """The fields of a class, or the arguments that it is made with."""
-    return [field.name for field in fields(kind)] if is_dataclass(kind) else list(_arguments(kind))
 
 
 def _adapter(kind: type) -> TypeAdapter[Any]:

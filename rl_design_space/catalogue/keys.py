@@ -8,11 +8,12 @@ from typing import Any
 
 from rl_design_space.catalogue.comments import key_comments
 from rl_design_space.catalogue.docstrings import docstring_of
-from rl_design_space.catalogue.fields import Schema, schemas_of, target
+from rl_design_space.catalogue.fields import Schema, schemas_of
 from rl_design_space.catalogue.options import NOT_GIVEN, Parameter, constraints_only, parameters_of
 from rl_design_space.catalogue.search import Search
 from rl_design_space.config.compose import CONFIG_NAME
 from rl_design_space.config.overrides import SETTINGS
+from rl_design_space.config.target import imported
 from rl_design_space.design import DesignPoint
 from rl_design_space.run.settings import Settings
 
@@ -49,7 +50,7 @@ class Keys:
         if not isinstance(node, Mapping) or "_target_" not in node:
             return [self.parameter(key)]
         comments = {name.removeprefix(f"{key}."): said for name, said in self._comments.items()}
-        return parameters_of(key, node, target(node["_target_"]), comments)
+        return parameters_of(key, node, imported(f"{key}._target_", node["_target_"]), comments)
 
     def target(self, key: str) -> str:
         """The `_target_` of what a key holds."""

@@ -11,11 +11,12 @@ from omegaconf import DictConfig, OmegaConf
 
 from rl_design_space.catalogue.comments import first_sentence, key_comments, leading_comment
 from rl_design_space.catalogue.docstrings import docstring_of
-from rl_design_space.catalogue.fields import Schema, schemas_of, target
+from rl_design_space.catalogue.fields import Schema, schemas_of
 from rl_design_space.catalogue.search import Search
 from rl_design_space.config.build import build_component
 from rl_design_space.config.compose import OPTION_GROUPS, Composer
 from rl_design_space.config.explain import explain
+from rl_design_space.config.target import imported
 from rl_design_space.plan.planner import Planner
 
 #: Stands for the default of a field that an option's file does not give.
@@ -107,7 +108,7 @@ class Options:
             said, error = leading_comment(self._search.text(path)), ""
             try:
                 node = self._search.node(path)
-                said = said or _said_of(_target_of(node))
+                said = said or _said_of(group, node)
                 if check:
                     self._build(group, name)
             except Exception as problem:
@@ -131,8 +132,8 @@ class Options:
             node = self._search.node(path) or {}
             comments = key_comments(text)
             node = self._composed(group, name)
-            said = said or _said_of(_target_of(node))
-            kind = target(_target_of(node)) if "_target_" in node else None
+            said = said or _said_of(group, node)
+            kind = _class_of(group, node) if "_target_" in node else None
             self._build(group, name)
         except Exception as problem:
             error = in_words(problem)
@@ -199,8 +200,13 @@ def constraints_only(schema: Schema) -> Schema:
     return {name: value for name, value in schema.items() if name not in ("description", "default")}
 
 
-def _said_of(path: str) -> str:
-    return docstring_of(target(path)).text if path else ""
+def _said_of(group: str, node: Any) -> str:
+    """Return the docstring of the class that an option names, without its sections; empty if it names none."""
+    return docstring_of(_class_of(group, node)).text if _target_of(node) else ""
+
+
+def _class_of(group: str, node: Any) -> type:
+    return imported(f"{group.replace('/', '.')}._target_", _target_of(node))
 
 
 def _target_of(node: Any) -> str:

@@ -13,12 +13,13 @@ from pathlib import Path
 from rl_design_space._paths import CONF
 from rl_design_space.catalogue import documents
 from rl_design_space.catalogue.docstrings import docstring_of
-from rl_design_space.catalogue.fields import Schema, schemas_of, target
+from rl_design_space.catalogue.fields import Schema, schemas_of
 from rl_design_space.catalogue.keys import Keys
 from rl_design_space.catalogue.openness import opened
 from rl_design_space.catalogue.options import constraints_only
 from rl_design_space.catalogue.search import HYDRA_GROUPS, Search, searched
 from rl_design_space.config.compose import CONFIG_NAME, OPTION_GROUPS
+from rl_design_space.config.target import imported
 from rl_design_space.plan.constraint import Constraint
 from rl_design_space.run.settings import Settings
 
@@ -72,7 +73,7 @@ def _schemas(search: Search) -> Iterator[tuple[str, Schema]]:
                 _collect(values, group, schema)
 
     path = keys.target("task")
-    schemas = schemas_of({path: target(path)})
+    schemas = schemas_of({path: imported("task._target_", path)})
     _collect(values, "task", schemas.classes[path])
     held = {key: opened({**keys.parameter(key).schema, "description": keys.description(key)}) for key in _PLAIN}
     held["task"] = {**documents.changed(schemas.classes[path]), "description": keys.description("task")}
@@ -99,7 +100,7 @@ def _targets(search: Search, group: str) -> dict[str, type]:
     """The classes that the options of a group name and that are ours, by `_target_`."""
     nodes = [search.node(f"{group}/{option}") for option in search.options(group)]
     paths = sorted({node["_target_"] for node in nodes if "rl_design_space." in str(node.get("_target_"))})
-    return {path: target(path) for path in paths}
+    return {path: imported(f"{group}._target_", path) for path in paths}
 
 
 def _collect(values: dict[str, list[Schema]], prefix: str, schema: Schema) -> None:

@@ -72,7 +72,10 @@ def test_options_of_ones_own(told: Told, own: Path):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("raises", "cannot be used: _target_=own_raises.Near: cannot be imported: not today"),
+        (
+            "raises",
+            "cannot be used: representation._target_=own_raises.Near: cannot be imported: RuntimeError: not today (",
+        ),
         ("not_yaml", "cannot be used: not YAML: "),
         ("misspelt", "representation.ruel any x"),
         ("misspelt", "cannot be used: representation.ruel: no such key"),
