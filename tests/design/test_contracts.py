@@ -1,4 +1,4 @@
-"""Every built-in option keeps its contract, and every breach of a contract is found and named."""
+"""Every shipped option keeps its contract, and every breach of a contract is reported."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_unusual_values_keep_the_contract(check, component):
     check(component)
 
 
-def test_a_representation_can_be_checked_in_worlds_of_ones_own():
+def test_a_representation_can_be_checked_in_given_worlds():
     check_representation(Distance(), worlds=[Torus(size=30), Walled(size=(2, 40))])
 
 
@@ -177,9 +177,9 @@ BROKEN = {
     "not frozen": (check_exploration, Thawed(), "Thawed must be a frozen dataclass"),
     "not hashable": (check_exploration, Unhashable(), "Unhashable must be hashable"),
     "no equality": (check_exploration, NoValue(), "must equal a copy of itself"),
-    "world: three sides": (check_world, world(shape=(3, 3, 1), reach=(1, 1)), "shape must be two integers"),
-    "world: no cells": (check_world, world(shape=(3, 0), reach=(1, 0)), "shape must be two integers"),
-    "world: reach in floats": (check_world, world(reach=(1.0, 1.0)), "reach must be two integers"),
+    "world: three sides": (check_world, world(shape=(3, 3, 1), reach=(1, 1)), "shape must be two whole numbers"),
+    "world: no cells": (check_world, world(shape=(3, 0), reach=(1, 0)), "shape must be two whole numbers"),
+    "world: reach in floats": (check_world, world(reach=(1.0, 1.0)), "reach must be two whole numbers"),
     "world: list of moves": (
         check_world,
         world(next_cell=next_cell.tolist),
@@ -249,7 +249,7 @@ BROKEN = {
     "world: offset in floats": (
         check_world,
         world(offset=lambda self, goals: [way * 1.0 for way in torus.offset(goals)]),
-        r"offset\(\) must be two arrays of integers of shape \(2, 3, 1, 9\)",
+        r"offset\(\) must be two arrays of whole numbers of shape \(2, 3, 1, 9\)",
     ),
     "codes: 32 bits": (
         check_representation,
@@ -286,7 +286,7 @@ BROKEN = {
     "codes: size in floats": (
         check_representation,
         misfit(AdHoc(), published_size=lambda self, world, n_goals: 1e3),
-        r"published_size\(\) must be a positive integer",
+        r"published_size\(\) must be a positive whole number",
     ),
     "schedule: one short": (
         check_exploration,
@@ -331,7 +331,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_breach_is_named(name: str):
+def test_a_breach_is_reported(name: str):
     check, component, message = BROKEN[name]
     with pytest.raises(AssertionError, match=message):
         check(component)

@@ -1,4 +1,4 @@
-"""Every bad value is refused where an option is built, with a message that names the field."""
+"""Every invalid value is refused when an option is built, with a message that names the field."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rl_design_space.design import (
 )
 from tests.design.options import CLASSES, refused
 
-#: Beside what follows from the annotations.
+#: In addition to the values that follow from the annotations.
 ALSO_REFUSED = [
     (Task, "max_steps", (2**31,)),
     (Torus, "size", (1, 0, -3, 3.0, "10", True, (), (3,), (3, 1), (3, 3, 3), (3, True), [3, 4.0], {3, 4})),
@@ -44,13 +44,13 @@ CASES = [
 
 
 @pytest.mark.parametrize("kind", CLASSES)
-def test_a_bad_value_is_refused_by_the_name_of_its_field(kind: type):
+def test_an_invalid_value_is_refused_with_the_name_of_its_field(kind: type):
     for field, value in [(field, value) for each, field, value in CASES if each is kind]:
         with pytest.raises(ValidationError, match=rf"(?m)^{field}\b"):
             kind(**{field: value})
 
 
-def test_bad_values_follow_from_the_annotations():
+def test_invalid_values_follow_from_the_annotations():
     values = [(field, value) for field, value in refused(Linear) if isinstance(value, (int, float, str))]
     assert {("start", -0.01), ("start", 1.01), ("k", -0.01), ("first_trial", -1), ("first_trial", 1.0)} <= set(values)
     assert ("alpha", 0) in refused(QLearning)
@@ -92,7 +92,7 @@ def test_goals_that_do_not_fit_the_world_are_refused(values: dict[str, object], 
         ("direction", r"should be built, .* names are for from_overrides\(\)"),
     ],
 )
-def test_what_is_not_built_is_refused_with_what_to_do(option: object, message: str):
+def test_a_class_or_a_name_is_refused_with_a_correction(option: object, message: str):
     with pytest.raises(ValidationError, match=message):
         DesignPoint(representation=option)
 
@@ -110,7 +110,7 @@ def test_a_world_may_be_full_of_goals():
     ],
     ids=str,
 )
-def test_values_are_the_same_however_they_are_written(written: object, canonical: object):
+def test_different_spellings_give_equal_values(written: object, canonical: object):
     assert written == canonical
     assert repr(written) == repr(canonical)
 
