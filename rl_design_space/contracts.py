@@ -59,7 +59,7 @@ def check_world(world: World) -> None:
     _check_value(world, World)
     for name, pair in (("shape", world.shape), ("reach", world.reach)):
         whole = isinstance(pair, tuple) and [type(side) for side in pair] == [int, int]
-        _expect(whole and min(pair) >= (name == "shape"), f"{name} must be two integers, along x and y: {pair}")
+        _expect(whole and min(pair) >= (name == "shape"), f"{name} must be two whole numbers, along x and y: {pair}")
     point = DesignPoint(world=world, task=Task(goals=1))
     table = _repeatable("next_cell()", partial(checked.transitions, point))
     cells = _repeatable("open_cells()", partial(checked.places, point))
@@ -89,7 +89,7 @@ def check_representation(representation: Representation, worlds: Sequence[World]
                 size = representation.spanned_size(world, n_goals)
                 _expect(int(codes.max()) < size, f"observation() codes must be less than spanned_size() = {size}")
                 published = representation.published_size(world, n_goals)
-                _expect(type(published) is int and published > 0, "published_size() must be a positive integer")
+                _expect(type(published) is int and published > 0, "published_size() must be a positive whole number")
 
 
 def check_exploration(exploration: Exploration) -> None:
@@ -186,8 +186,8 @@ def _check_layouts(name: str, table: Callable[[IntArray], NDArray[Any]], cells: 
 
 
 def _offset(world: World, axis: int, goals: IntArray) -> IntArray:
-    """Return the offsets along one axis, which must be integers, one for each goal and cell."""
+    """Return the offsets along one axis, which must be whole numbers, one for each goal and cell."""
     way, shape = world.offset(goals)[axis], (*goals.shape, cell_count(world))
     right = isinstance(way, np.ndarray) and way.shape == shape and np.issubdtype(way.dtype, np.integer)
-    _expect(right, f"offset() must be two arrays of integers of shape {shape}, along x and y")
+    _expect(right, f"offset() must be two arrays of whole numbers of shape {shape}, along x and y")
     return way

@@ -109,7 +109,7 @@ def test_the_schema_is_renewed_by_the_command_of_make_lint(tree: Path):
 
 
 def test_the_tests_of_options_pass_over_it(tree: Path):
-    """The contract, bad values, the schema, and what `list` and `show` say; after the schema has been renewed."""
+    """Contract, invalid values, schema, `list` and `show`, after the schema has been renewed."""
     python(tree, "-m", "rl_design_space.catalogue.schemas")
     tests = (
         f"tests/{each}"
@@ -125,8 +125,8 @@ def test_the_tests_of_options_pass_over_it(tree: Path):
     told = python(tree, "-m", "pytest", "-v", "-p", "no:cacheprovider", *tests, "-k", named)
     for passed in (
         "test_contracts.py::test_a_shipped_option_keeps_its_contract[exploration=stepwise]",
-        "test_validation.py::test_a_bad_value_is_refused_by_the_name_of_its_field[Stepwise]",
-        "test_schemas.py::test_a_shipped_file_names_its_schema_and_keeps_to_it[exploration/stepwise.yaml]",
+        "test_validation.py::test_an_invalid_value_is_refused_with_the_name_of_its_field[Stepwise]",
+        "test_schemas.py::test_a_shipped_file_names_its_schema_and_conforms_to_it[exploration/stepwise.yaml]",
         "test_show.py::test_every_parameter_of_a_shipped_option_is_explained[exploration=stepwise]",
     ):
         assert f"{passed} PASSED" in told

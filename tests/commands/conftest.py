@@ -1,4 +1,4 @@
-"""A folder of a user's own, with what is right and what is not; and the commands, run in this process."""
+"""A config folder of a user, with valid and invalid files; and the commands, run in this process."""
 
 from __future__ import annotations
 
