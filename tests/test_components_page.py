@@ -17,7 +17,7 @@ PAGE = (Path(__file__).parents[1] / "docs" / "components.md").read_text(encoding
 BLOCKS = [(token.info.split(), token.content) for token in MarkdownIt().parse(PAGE) if token.type == "fence"]
 FILES = {words[1]: content for words, content in BLOCKS if len(words) == 2}
 COMMANDS = [line for words, content in BLOCKS if words == ["sh"] for line in content.splitlines()]
-#: Kind, built-in option, option of the page.
+#: Kind of component, a built-in option, the option of the page.
 KINDS = [
     ("representation", "ad_hoc", "rings"),
     ("exploration", "constant", "hyperbolic"),
@@ -29,7 +29,7 @@ KINDS = [
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder that contains only the files of the page."""
+    """A folder that holds the files of the page, and nothing else."""
     folder = tmp_path_factory.mktemp("page")
     for name, content in FILES.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The help of the commands names all studies and commands."""
+"""The help of the commands lists studies and subcommands."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def test_the_help_of_the_report_lists_the_studies(capsys: pytest.CaptureFixture[
         report.main()
     listed = capsys.readouterr().out.partition("studies:\n")[2]
     assert {file.stem for file in CONF.glob("study/*.yaml")} <= set(listed.split())
-    assert "paper     Everything: all tables, figures and claims of the paper" in listed
+    assert "paper     All tables, figures and claims of the paper" in listed
 
 
 def test_every_command_has_a_summary_of_one_sentence():
