@@ -95,13 +95,8 @@ class Options:
         self._search = search
         self.planner = Planner(Composer(search.searchpath))
 
-    def of_group(self, group: str, check: bool = True) -> list[Option]:
-        """Return the options of a group, without their parameters.
-
-        Args:
-            group: name of the choice.
-            check: whether to build each option, to find those that cannot be used.
-        """
+    def of_group(self, group: str) -> list[Option]:
+        """Return the options of a group, without their parameters; each is built, to find those that cannot be used."""
         found = []
         for name in self._search.options(group):
             path = f"{group}/{name}"
@@ -109,8 +104,7 @@ class Options:
             try:
                 node = self._search.node(path)
                 description = description or _docstring(group, node)
-                if check:
-                    self._build(group, name)
+                self._build(group, name)
             except Exception as problem:
                 error = in_words(problem)
             summary = first_sentence(" ".join(description.split()))

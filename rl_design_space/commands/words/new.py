@@ -13,9 +13,9 @@ from rl_design_space._paths import CONF
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
-#: Config groups for which there are templates.
-KINDS = ("exploration", "msa", "representation", "reward", "study", "world")
 _TEMPLATES = Path(__file__).parent / "templates"
+#: Config groups for which there are templates.
+KINDS = tuple(sorted(path.name.partition(".")[0] for path in _TEMPLATES.glob("*.yaml.jinja")))
 #: The config folder if none is given.
 _DEFAULT_FOLDER = "conf"
 
