@@ -221,7 +221,7 @@ def test_an_interrupted_study_ends_as_killed_and_goes_on_later(default_run: Comp
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, out + err
-    assert err.splitlines()[-1].startswith("interrupted; the same command goes on")
+    assert err.splitlines()[-1].startswith("interrupted; run the same command again")
     assert "Traceback" not in err
     assert runs(folder, "sweeps")[-1] == ("table4", "KILLED")
     # What was learned before is kept.

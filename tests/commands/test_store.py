@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rl_design_space import commands
+from rl_design_space.commands import words
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.content import read_periods
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
@@ -29,7 +29,7 @@ def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
     def run(word: str, *arguments: str) -> tuple[int, str]:
         status = 0
         try:
-            commands.run(word, [*arguments, f"outputs={outputs}"])
+            words.run(word, [*arguments, f"outputs={outputs}"])
         except SystemExit as ended:
             status = int(ended.code or 0)
         return status, capsys.readouterr().out
@@ -50,14 +50,14 @@ def waiting(outputs: Path) -> MlflowTracker:
 
 
 def test_what_waits_is_delivered_once(say, outputs: Path):
-    assert say("sync") == (0, "nothing waits to be delivered\n")
+    assert say("sync") == (0, "no pending records\n")
     tracker = waiting(outputs)
     for override in ("seed=0", "seed=1"):
         tracker.record(*learned(override))
     status, said = say("sync")
     assert status == 0
-    assert re.search(r"2 records for sqlite:.* …\n2 records delivered\nnothing waits", said)
-    assert say("sync") == (0, "nothing waits to be delivered\n")
+    assert re.search(r"2 records for sqlite:.* …\n2 records delivered\nno pending records", said)
+    assert say("sync") == (0, "no pending records\n")
     assert len(tracker.finished([learned(seed)[0].fingerprint for seed in ("seed=0", "seed=1")])) == 2
 
 
@@ -69,7 +69,7 @@ def test_what_cannot_be_delivered_is_told(say, outputs: Path):
     path.write_bytes(b"nonsense")
     status, said = say("sync")
     assert status == 1
-    assert re.search(r"set aside, because it cannot be: .*aside/\d+-1-point-", said)
+    assert re.search(r"quarantined, because it cannot be delivered: .*aside/\d+-1-point-", said)
 
 
 def test_the_state_of_a_store(say, outputs: Path):
@@ -108,7 +108,7 @@ def test_a_run_can_be_had_again(say, outputs: Path):
     status, said = say("rerun", run.run_id[:8])
     assert status == 0
     assert said.startswith("identical: task.periods=3")
-    assert "12 trials, bit by bit" in said.replace("\n", " ")
+    assert "12 trials, bit for bit" in said.replace("\n", " ")
 
 
 def test_a_run_that_is_another_one_is_told(say, outputs: Path):
@@ -125,11 +125,11 @@ def test_a_run_that_is_another_one_is_told(say, outputs: Path):
 
 def test_a_run_that_is_not_there_is_told(say, outputs: Path):
     record(tracker_at(outputs / "mlflow.db"), *learned())
-    with pytest.raises(ConfigError, match="ffff: no complete run has an id that begins so"):
+    with pytest.raises(ConfigError, match="ffff: no complete run has an id that begins with this"):
         say("rerun", "ffff")
 
 
 def test_a_run_without_its_periods_cannot_be_compared(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db", artifact="curves"), *learned())
-    with pytest.raises(ConfigError, match="kept its curves alone"):
+    with pytest.raises(ConfigError, match="holds its curves only"):
         say("rerun", run.run_id)

@@ -100,7 +100,7 @@ def test_a_sweep_stops_at_the_first_failure_if_told_so(command: Command, folder:
     words = ("-m", *SMALL, "world._target_=fragile.Fragile", "seed=range(0,50)", "on_error=stop", "threads=1")
     done = command("rl-design-space", *words, status=1, outputs="out/stopped")
     assert "RuntimeError: no floor in 10" in done.stdout
-    assert "stopped at the first failure; this goes on: rl-design-space -m task.periods=2" in done.stdout
+    assert "stopped at the first failure; to continue: rl-design-space -m task.periods=2" in done.stdout
     (outcome,) = [line for line in done.stdout.splitlines() if line.startswith("sweep: 50 points")]
     assert "0 learned now" in outcome
     assert "not run" in outcome
@@ -137,13 +137,13 @@ def test_files_are_written_for_a_sweep_not_for_a_point_unless_asked_for(command:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("-m", "threads=1,2"), "threads: a setting holds for a whole sweep; give it one value"),
+        (("-m", "threads=1,2"), "threads: a setting applies to the whole sweep; give it one value"),
         (("-m", "seed=1", "shard=3/2"), "shard=3/2: should be i/N, from 1/N to N/N"),
         (("-m", "seed=1", "on_error=ignore"), "on_error=ignore: should be 'continue' or 'stop'"),
         (("-m", "seed=1,x"), "seed=x: should be a valid integer"),
         (("-m", "seed=1", "exploration.k=0.1"), "exploration.k: no such key in Constant"),
         (("study=table4,tabel3",), "study=tabel3: no such option; did you mean study=table"),
-        (("study=table4", "-m", "--cfg", "job"), "--multirun and --cfg do not go together"),
+        (("study=table4", "-m", "--cfg", "job"), "--multirun and --cfg cannot be used together"),
         (("plan=maybe",), "plan=maybe: should be a valid boolean"),
         (("-m", "seed=1", "hydra.launcher.dump=true"), "hydra.launcher.dump"),
     ],

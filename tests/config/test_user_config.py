@@ -91,7 +91,7 @@ def test_a_folder_is_shown_without_detours(folder: Path, tmp_path: Path):
 
 
 def test_an_option_of_a_folder_that_was_not_named_is_told(folder: Path):
-    message = "representation=way: no such option; --config-dir conf would bring one of this name"
+    message = "representation=way: no such option; --config-dir conf would add it"
     with pytest.raises(ConfigError, match=message):
         DesignPoint.from_overrides(["representation=way"])
     with searched() as search, pytest.raises(ConfigError, match=message):

@@ -156,7 +156,7 @@ def test_a_plan_runs_nothing_and_writes_nothing(words: tuple[str, ...], points: 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("-m", "--cfg", "job"), "--multirun and --cfg do not go together"),
+        (("-m", "--cfg", "job"), "--multirun and --cfg cannot be used together"),
         (("study=table4", "hydra/sweeper=basic"), "study=table4 needs hydra/sweeper=design, not basic"),
         (("-m", "plan=true", "hydra/sweeper=optuna"), "plan=true needs hydra/sweeper=design, not optuna"),
         # For these, Hydra and OmegaConf raise errors that are not theirs.

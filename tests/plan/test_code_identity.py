@@ -14,8 +14,8 @@ import pytest
 
 from rl_design_space.design import AdHoc, DesignPoint
 from rl_design_space.errors import ConfigError
-from rl_design_space.plan import code_identity as source
-from rl_design_space.plan.code_identity import source_of
+from rl_design_space.plan import code_identity as module
+from rl_design_space.plan.code_identity import code_identity
 from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.plan.source_files import code, modules_beside
@@ -57,15 +57,15 @@ def of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Of]:
             path.write_text(changed.get(path.stem, content), encoding="utf-8")
         forget(tmp_path)
         invalidate_caches()
-        return source_of(import_module("own_level").Level)
+        return code_identity(import_module("own_level").Level)
 
     yield kind_of
     forget(tmp_path)
 
 
 def forget(folder: Path) -> None:
-    for name, module in list(sys.modules.items()):
-        if str(getattr(module, "__file__", None) or "").startswith(str(folder)) or name == "helpers":
+    for name, loaded in list(sys.modules.items()):
+        if str(getattr(loaded, "__file__", None) or "").startswith(str(folder)) or name == "helpers":
             del sys.modules[name]
 
 
@@ -108,23 +108,23 @@ def test_a_version_stands_in_place_of_the_source(of: Of):
 
 @pytest.mark.parametrize("version", ["True", "1.5", "()"])
 def test_a_version_is_a_text_or_a_whole_number(version: str, of: Of):
-    with pytest.raises(ConfigError, match=r"own_level\.Level\.__version__=.*should be a text or a whole number"):
+    with pytest.raises(ConfigError, match=r"own_level\.Level\.__version__=.*should be a string or a whole number"):
         of(own_level=MODULE.replace("    factor", f"    __version__ = {version}\n    factor", 1))
 
 
 def test_a_version_that_is_inherited_does_not_count(of: Of):
     of(own_level=MODULE + "\nclass Base(Level):\n    __version__ = 1\n\nclass Derived(Base):\n    pass\n")
     module = sys.modules["own_level"]
-    assert source_of(module.Base) == "version 1"
-    assert source_of(module.Derived).startswith("sha256:")
+    assert code_identity(module.Base) == "version 1"
+    assert code_identity(module.Derived).startswith("sha256:")
 
 
 def test_what_counts_is_what_was_imported_not_what_is_on_disk_now(of: Of, tmp_path: Path):
     before = of()
     module = sys.modules["own_level"]
     (tmp_path / "own_level.py").write_text(MODULE.replace("1.0", "0.5"), encoding="utf-8")
-    assert source_of(module.Level) == before
-    assert source_of(reload(module).Level) != before
+    assert code_identity(module.Level) == before
+    assert code_identity(reload(module).Level) != before
 
 
 def test_a_class_without_a_file_needs_a_version():
@@ -155,7 +155,8 @@ def test_the_source_is_part_of_the_fingerprint(of: Of):
 def test_another_process_finds_the_same(of: Of, tmp_path: Path):
     here = of()
     program = (
-        "from rl_design_space.plan.code_identity import source_of; import own_level; print(source_of(own_level.Level))"
+        "from rl_design_space.plan.code_identity import code_identity; import own_level; "
+        "print(code_identity(own_level.Level))"
     )
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     there = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment)
@@ -189,7 +190,7 @@ def test_a_file_that_is_not_python_counts_as_it_is(tmp_path: Path):
     assert modules_beside("broken", file) == {"broken": file}
 
 
-def test_a_digest_is_worked_out_once(of: Of, monkeypatch: pytest.MonkeyPatch):
+def test_a_source_is_digested_once(of: Of, monkeypatch: pytest.MonkeyPatch):
     of()
-    monkeypatch.setattr(source, "_digest", None)
-    assert source_of(sys.modules["own_level"].Level).startswith("sha256:")
+    monkeypatch.setattr(module, "modules_beside", None)
+    assert code_identity(sys.modules["own_level"].Level).startswith("sha256:")

@@ -189,7 +189,7 @@ def test_blocks_that_are_none_are_refused(planned, blocks: object):
 
 
 def test_a_study_without_any_block_is_refused(planned):
-    with pytest.raises(ConfigError, match="study mine: no design point in it"):
+    with pytest.raises(ConfigError, match="study mine: no design points"):
         planned({})
 
 

@@ -115,7 +115,7 @@ def test_an_interruption_ends_workers_and_all(launcher: str, command: Command, f
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, out + err
-    assert err.splitlines()[-1].startswith("interrupted; the same command goes on")
+    assert err.splitlines()[-1].startswith("interrupted; run the same command again")
     assert "Traceback" not in err
     worker = int((folder / "out" / "worker").read_text())
     deadline = time.monotonic() + 60

@@ -10,7 +10,7 @@ import pytest
 from rl_design_space.design import AdHoc, Constant, DesignPoint, GoalReward, MultiStepActions, Task, Torus, Walled
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
-from rl_design_space.plan.early import EarlyCheck
+from rl_design_space.plan.component_check import ComponentCheck
 from tests.misfits import misfit
 
 TASK = Task(goals=2, trials=10, periods=2, max_steps=200)
@@ -89,7 +89,7 @@ MISFITS = {
 def test_a_contract_that_is_not_kept_is_told_by_class_expected_and_got(name: str):
     given, message = MISFITS[name]
     with pytest.raises(ConfigError, match=message):
-        EarlyCheck()(given)
+        ComponentCheck()(given)
 
 
 @pytest.mark.parametrize("name", [name for name in MISFITS if not name.startswith("a cell that")])
@@ -103,7 +103,7 @@ def test_a_component_that_raises_is_left_to_its_point():
     def broken(self, trials):
         raise ArithmeticError("no luck")
 
-    EarlyCheck()(point(exploration=misfit(Constant(), schedule=broken)))
+    ComponentCheck()(point(exploration=misfit(Constant(), schedule=broken)))
 
 
 @dataclass(frozen=True)
@@ -111,11 +111,11 @@ class Listed(Constant):
     levels: list[float] = field(default_factory=list)
 
 
-def test_a_component_that_cannot_be_hashed_is_told():
+def test_an_unhashable_component_is_refused():
     with pytest.raises(
-        ConfigError, match=r"test_early\.Listed: should be a frozen dataclass of values that can be hash"
+        ConfigError, match=r"test_component_check\.Listed: should be a frozen dataclass of hashable values"
     ):
-        EarlyCheck()(point(exploration=Listed()))
+        ComponentCheck()(point(exploration=Listed()))
 
 
 def test_each_component_is_tried_once_with_what_it_is_used_with():
@@ -126,7 +126,7 @@ def test_each_component_is_tried_once_with_what_it_is_used_with():
         return np.zeros(trials)
 
     own = misfit(Constant(), schedule=counted)
-    check = EarlyCheck()
+    check = ComponentCheck()
     for seed in range(3):
         check(point(exploration=own, seed=seed))
     check(DesignPoint(task=Task(trials=7), exploration=own))
@@ -137,7 +137,7 @@ def test_built_in_components_are_not_tried(monkeypatch: pytest.MonkeyPatch):
     tried = []
     monkeypatch.setattr(Torus, "next_cell", tried.append)
     monkeypatch.setattr(Constant, "schedule", lambda *given: tried.append(given))
-    EarlyCheck()(DesignPoint())
+    ComponentCheck()(DesignPoint())
     assert tried == []
 
 
@@ -148,7 +148,7 @@ def test_starts_and_goals_lie_on_open_cells():
     door = np.where(np.isin(MOVES, [1, 5, 9]), HERE, MOVES)  # a wall with its door at the bottom
     free = [cell for cell in range(16) if cell not in (1, 5, 9)]
     given = world(door, *free)
-    EarlyCheck()(given)
+    ComponentCheck()(given)
     curves = simulate(given, threads=1)
     assert curves.optimum.min() >= 1
     assert curves.success.any()
@@ -163,6 +163,6 @@ def test_a_world_whose_cells_are_all_open_has_the_layouts_of_one_without_obstacl
 def test_a_map_with_one_way_only_is_learned_in():
     ring = np.tile(np.roll(HERE, -1), (4, 1))  # every move leads on to the next cell
     given = world(ring)
-    EarlyCheck()(given)
+    ComponentCheck()(given)
     curves = simulate(given, threads=1)
     np.testing.assert_array_equal(curves.steps, np.broadcast_to(curves.optimum[:, np.newaxis], curves.steps.shape))
