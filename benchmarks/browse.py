@@ -23,7 +23,7 @@ import pandas as pd
 
 from benchmarks.client import ROOT
 from benchmarks.tables import number
-from rl_design_space.learning.names import CURVES
+from rl_design_space.learning.measures import CURVES
 from rl_design_space.tracking import MlflowTracking
 from rl_design_space.tracking.cache import cache_file
 from rl_design_space.tracking.connection import analyze

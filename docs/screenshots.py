@@ -10,10 +10,9 @@ import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.ui_command import ui_of
-
 from tests.commands import SCRIPTS, environment
 from tests.devtools import Tab, tab
+from tests.ui_command import ui_of
 
 _IMAGES = Path(__file__).parent / "images"
 #: What the UI remembers of its user: the assistant was closed, and "Model training" chosen.

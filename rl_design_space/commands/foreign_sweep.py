@@ -92,8 +92,7 @@ class _ObjectiveMonitor:
 
     def point_ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         if isinstance(result, LearningCurves):
-            scalars = result.scalars(planned.point.world.shape)
-            self.objectives[planned.fingerprint] = objective_value(self._objective, scalars)
+            self.objectives[planned.fingerprint] = objective_value(self._objective, result.scalars())
         self.display.point_ended(planned, result)
 
     def delivering(self, pending: int, problem: str) -> None:

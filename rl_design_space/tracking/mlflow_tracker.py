@@ -20,7 +20,7 @@ from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnd
 from rl_design_space.tracking.views import points_tags, sweeps_tags
 
 if TYPE_CHECKING:
-    from rl_design_space.learning import LearningCurves
+    from rl_design_space.learning.result import Kept, LearningCurves
     from rl_design_space.plan.plan import Plan, PlannedPoint
     from rl_design_space.tracking.address import StoreAddress
 
@@ -56,7 +56,7 @@ class MlflowTracker:
         patience: float,
         curves: Sequence[str] = (),
         every: int = 1,
-        keep: record.Kept = "periods",
+        keep: Kept = "periods",
         courier: Courier | None = None,
     ) -> None:
         self.location = location

@@ -138,7 +138,7 @@ class NullTracker:
         pass
 
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
-        return StoredRun(scalars=curves.scalars(planned.point.world.shape))
+        return StoredRun(scalars=curves.scalars())
 
     def add_studies(self, stored: Mapping[str, StoredRun], studies: Mapping[str, Sequence[str]]) -> None:
         pass

@@ -69,7 +69,7 @@ class MemoryTracker:
         if planned.name in self.errors:
             raise self.errors[planned.name]
         assert planned.fingerprint not in self.runs, "recorded twice"
-        scalars = curves.scalars(planned.point.world.shape)
+        scalars = curves.scalars()
         run = StoredRun(f"run {len(self.runs)}", frozenset(planned.studies), scalars)
         self.runs[planned.fingerprint] = run
         return run

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
+from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
 from rl_design_space.tracking import mlflow_tracker
 from rl_design_space.tracking.locks import claims_path
 from rl_design_space.tracking.record import params
