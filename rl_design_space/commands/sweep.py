@@ -12,7 +12,6 @@ from omegaconf import DictConfig
 from rl_design_space.commands import sweep_output
 from rl_design_space.commands.invocation import current_invocation
 from rl_design_space.commands.point_launcher import PointLauncher
-from rl_design_space.commands.progress import Display
 from rl_design_space.config.compose import Composer
 from rl_design_space.config.overrides import is_setting
 from rl_design_space.errors import ConfigError
@@ -91,6 +90,8 @@ def _stored(plan: Plan, settings: Settings) -> Mapping[str, StoredRun]:
 
 
 def _run(plan: Plan, found: Missing, tracker: Tracker, settings: Settings, launcher: Launcher, command: str) -> Outcome:
+    from rl_design_space.commands.progress import Display  # which `plan=true` does not need
+
     if not isinstance(launcher, PointLauncher):
         return _run_as_jobs(plan, found, tracker, launcher, command)
     if launcher.dumps:

@@ -72,7 +72,7 @@ def plan_table(plan: Plan) -> Table:
 def plan_lines(plan: Plan) -> list[str]:
     """Return lines that show how the points of a plan were counted."""
     dropped = [f"- {each.count:,} dropped by {each.constraint} of {each.study}: {each.why}" for each in plan.dropped]
-    repeated = [f"- {plan.duplicates:,} duplicates of another point"] if plan.duplicates else []
+    repeated = [f"- {counted(plan.duplicates, 'duplicate')} of other points"] if plan.duplicates else []
     return [counted(plan.combinations, "combination"), *dropped, *repeated, f"= {counted(plan.whole, 'point')}"]
 
 

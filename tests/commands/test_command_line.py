@@ -33,7 +33,7 @@ from rl_design_space.errors import ConfigError
         ("--config-dir=mine", False),
     ],
 )
-def test_overrides_of_a_sweep_are_for_its_points_but_settings_are_hydras(argument: str, is_for_points: bool):
+def test_overrides_of_a_sweep_go_to_its_points_and_settings_to_hydra(argument: str, is_for_points: bool):
     line = read_command_line(["study=table4", argument])
     assert line.for_points == ((argument,) if is_for_points else ())
     assert set(line.for_hydra) == {"--multirun", "study=table4", *(() if is_for_points else (argument,))}
@@ -111,6 +111,6 @@ def test_contradicting_arguments_are_refused(arguments: list[str], message: str)
     assert message in str(caught.value)
 
 
-def test_the_command_can_be_typed_again():
+def test_the_command_is_quoted_for_a_shell():
     line = read_command_line(["study=table4", "world.size=[4, 5]"])
     assert line.command == "rl-design-space study=table4 'world.size=[4, 5]'"

@@ -49,7 +49,7 @@ def waiting(outputs: Path) -> MlflowTracker:
     return options(outputs / "mlflow.db").open("", Nobody())
 
 
-def test_what_waits_is_delivered_once(say, outputs: Path):
+def test_pending_records_are_delivered_once(say, outputs: Path):
     assert say("sync") == (0, "no pending records\n")
     tracker = waiting(outputs)
     for override in ("seed=0", "seed=1"):
@@ -61,7 +61,7 @@ def test_what_waits_is_delivered_once(say, outputs: Path):
     assert len(tracker.finished([learned(seed)[0].fingerprint for seed in ("seed=0", "seed=1")])) == 2
 
 
-def test_what_cannot_be_delivered_is_told(say, outputs: Path):
+def test_undeliverable_records_are_reported(say, outputs: Path):
     tracker = waiting(outputs)
     planned, curves = learned()
     tracker.record(planned, curves)
@@ -98,12 +98,12 @@ def test_there_is_no_store_without_tracking(arguments: tuple[str, ...], say):
         say(*arguments, "tracking=none")
 
 
-def test_a_point_is_no_setting(say):
+def test_an_override_of_a_point_is_refused(say):
     with pytest.raises(ConfigError, match=r"seed=3: not a setting; this command takes outputs=…"):
         say("sync", "seed=3")
 
 
-def test_a_run_can_be_had_again(say, outputs: Path):
+def test_a_rerun_gives_identical_results(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db"), *learned("representation=direction", "msa=lengths_2_3"))
     status, said = say("rerun", run.run_id[:8])
     assert status == 0
@@ -111,7 +111,7 @@ def test_a_run_can_be_had_again(say, outputs: Path):
     assert "12 trials, bit for bit" in said.replace("\n", " ")
 
 
-def test_a_run_that_is_another_one_is_told(say, outputs: Path):
+def test_a_rerun_with_different_results_is_reported(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db"), *learned())
     path = Path(run.artifacts.removeprefix("file://")) / "periods.npz"
     arrays = read_saved(path)
@@ -123,7 +123,7 @@ def test_a_run_that_is_another_one_is_told(say, outputs: Path):
     assert "in steps" in said
 
 
-def test_a_run_that_is_not_there_is_told(say, outputs: Path):
+def test_an_unknown_run_is_refused(say, outputs: Path):
     record(tracker_at(outputs / "mlflow.db"), *learned())
     with pytest.raises(ConfigError, match="ffff: no complete run has an id that begins with this"):
         say("rerun", "ffff")

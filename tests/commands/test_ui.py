@@ -62,7 +62,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
         yield opened
 
 
-def test_the_command_names_every_page_there_is(served: dict[str, str]):
+def test_the_command_prints_every_link(served: dict[str, str]):
     assert list(served)[1:] == ["all design points", "study mine", "study yours", "all sweeps"]
     assert "viewStateShareKey=study.mine&" in served["study mine"]
 
@@ -78,7 +78,7 @@ def headings(page: Tab) -> list[str]:
 
 
 @needs_browser
-def test_the_table_of_a_study_shows_what_differs_and_what_came_of_it(served: dict[str, str], page: Tab):
+def test_the_table_of_a_study_shows_axes_and_results(served: dict[str, str], page: Tab):
     page.open(served["study mine"])
     page.wait("document.querySelectorAll('.ag-center-cols-container .ag-row').length == 2")
     page.wait("document.querySelector('[data-testid=\"sort-header-final_steps_over_optimum\"]')")
@@ -120,7 +120,7 @@ def test_the_charts_of_a_study_are_its_learning_curves(served: dict[str, str], p
 
 
 @needs_browser
-def test_the_views_are_in_the_menu_of_the_ui(served: dict[str, str], page: Tab):
+def test_the_views_are_in_the_menu(served: dict[str, str], page: Tab):
     page.open(served["all design points"])
     page.wait("document.querySelectorAll('.ag-center-cols-container .ag-row').length == 3")
     assert headings(page)[2:6] == ["representation", "exploration", "msa", "reward"]
@@ -128,13 +128,13 @@ def test_the_views_are_in_the_menu_of_the_ui(served: dict[str, str], page: Tab):
 
 
 @needs_browser
-def test_the_table_of_sweeps_shows_what_became_of_them(served: dict[str, str], page: Tab):
+def test_the_table_of_sweeps_shows_their_counts(served: dict[str, str], page: Tab):
     page.open(served["all sweeps"])
     page.wait("document.querySelector('[data-testid=\"sort-header-points/failed\"]')")
     assert "**mine,yours**: 3 points (2 representation" in page.text()
 
 
-def test_a_server_is_asked_which_pages_it_has(
+def test_links_to_a_tracking_server_are_printed(
     served: dict[str, str], outputs: Path, capsys: pytest.CaptureFixture[str]
 ):
     address = served["study mine"].partition("/#")[0]
@@ -143,7 +143,7 @@ def test_a_server_is_asked_which_pages_it_has(
     assert named == dict(list(served.items())[1:])
 
 
-def test_a_port_that_is_taken_is_an_error(served: dict[str, str], outputs: Path):
+def test_a_port_in_use_is_an_error(served: dict[str, str], outputs: Path):
     port = served["study mine"].partition("/#")[0].rpartition(":")[2]
     with pytest.raises(ConfigError, match=rf"--port {port}: cannot be used \(Address already in use\); give another"):
         main([f"outputs={outputs}", "--port", port])
@@ -159,13 +159,13 @@ def test_a_port_that_is_taken_is_an_error(served: dict[str, str], outputs: Path)
         (["outputs={}", "--port", "70000"], "no port has this number"),
     ],
 )
-def test_what_cannot_be_shown_is_an_error(words: list[str], message: str, outputs: Path):
+def test_invalid_arguments_are_refused(words: list[str], message: str, outputs: Path):
     with pytest.raises(ConfigError, match=message):
         main([word.format(outputs) for word in words])
     assert not (outputs / "nowhere").exists()
 
 
-def test_a_server_that_does_not_start_says_why(tmp_path: Path):
+def test_a_server_that_does_not_start_is_explained(tmp_path: Path):
     server = serving("nonsense://store", free_port(), tmp_path / "artifacts")
     with pytest.raises(ConfigError, match=r"did not start; it said:\n(.*\n)*.*nonsense"):
         server.__enter__()

@@ -132,11 +132,11 @@ def test_the_order_of_overrides_counts_as_in_hydra(overrides: Overrides):
     ],
     ids=str,
 )  # fmt: skip
-def test_overrides_make_a_point(overrides: Overrides, point: DesignPoint):
+def test_overrides_describe_a_point(overrides: Overrides, point: DesignPoint):
     assert DesignPoint.from_overrides(overrides) == point
 
 
-def test_every_option_and_every_override_is_remembered():
+def test_a_planned_point_keeps_its_options_and_overrides():
     planned = plan_point(["world.size=5", "exploration=linear", "outputs=here"])
     assert planned.options == {
         "world": "torus",
@@ -161,7 +161,7 @@ def test_parameters_are_named_as_on_the_command_line():
     assert "threads" not in parameters
 
 
-def test_the_parameters_of_a_point_are_overrides_that_make_it_again():
+def test_the_parameters_of_a_point_are_overrides_that_describe_it():
     planned = plan_point(["world=walled", "world.size=[4,5]", "exploration=sigmoidal", "msa=lengths_2_3", "seed=3"])
     again = plan_point([f"{name}={value}" for name, value in planned.parameters.items()])
     assert again.point == planned.point
@@ -178,7 +178,7 @@ def test_the_parameters_of_a_point_are_overrides_that_make_it_again():
     ],
     ids=str,
 )
-def test_the_name_tells_what_differs_from_the_default_point(overrides: Overrides, name: str):
+def test_the_name_lists_the_differences_from_the_default_point(overrides: Overrides, name: str):
     assert plan_point(overrides).name == name
 
 
@@ -202,7 +202,7 @@ def outer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DictConfig]:
 
 
 @pytest.mark.parametrize("overrides", [[], ["world.size=1"], ["no such thing"]], ids=["right", "refused", "unparsable"])
-def test_the_hydra_of_an_application_around_it_is_left_alone(overrides: Sequence[str], outer: DictConfig):
+def test_the_hydra_state_of_a_surrounding_application_is_restored(overrides: Sequence[str], outer: DictConfig):
     before = GlobalHydra.instance().hydra
     try:
         assert DesignPoint.from_overrides(overrides).representation == AdHoc()
@@ -212,7 +212,7 @@ def test_the_hydra_of_an_application_around_it_is_left_alone(overrides: Sequence
     assert hydra.compose("app") == outer
 
 
-def test_no_hydra_is_left_behind():
+def test_no_hydra_state_remains():
     assert not GlobalHydra.instance().is_initialized()
     DesignPoint.from_overrides(["world.size=5"])
     assert not GlobalHydra.instance().is_initialized()

@@ -37,7 +37,7 @@ def test_the_parameters_of_this_file_are_not_empty():
 
 
 @pytest.mark.parametrize("file", FILES, ids=name_of)
-def test_a_file_begins_with_what_it_is(file: Path):
+def test_a_file_begins_with_a_description(file: Path):
     assert len(first_sentence(leading_comment(file.read_text(encoding="utf-8")))) > 5
 
 

@@ -145,27 +145,27 @@ def assert_told(error: ConfigError, expected: list[str]) -> None:
 
 
 @pytest.mark.parametrize(("typed", "expected"), cases(POINTS))
-def test_a_mistake_in_a_point_is_told_in_the_terms_of_who_made_it(typed, expected: list[str], planner: Planner):
+def test_an_invalid_point_names_the_key_the_value_and_the_fix(typed, expected: list[str], planner: Planner):
     with pytest.raises(ConfigError) as caught:
         planner(typed.split(" "))
     assert_told(caught.value, expected)
 
 
 @pytest.mark.parametrize(("typed", "expected"), cases(SETTINGS))
-def test_a_mistake_in_the_settings_is_told_in_the_terms_of_who_made_it(typed, expected: list[str], planner: Planner):
+def test_an_invalid_setting_names_the_key_the_value_and_the_fix(typed, expected: list[str], planner: Planner):
     with pytest.raises(ConfigError) as caught:
         build_settings(planner.composer.config(typed.split(" ")))
     assert_told(caught.value, expected)
 
 
-def test_every_bad_value_of_an_option_is_told_at_once():
+def test_all_invalid_values_of_an_option_are_listed():
     with pytest.raises(ConfigError) as caught:
         plan_point(["learner.alpha=0", "learner.gamma=2", "learner.ties=none"])
     lines = str(caught.value).splitlines()
     assert [line.partition("=")[0] for line in lines] == ["learner.alpha", "learner.gamma", "learner.ties"]
 
 
-def test_a_class_that_refuses_its_values_is_quoted(tmp_path, monkeypatch: pytest.MonkeyPatch):
+def test_the_error_of_a_class_is_quoted(tmp_path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "own_world.py").write_text(
         "from dataclasses import dataclass\n"
         "from rl_design_space.design import Torus\n"
@@ -180,7 +180,7 @@ def test_a_class_that_refuses_its_values_is_quoted(tmp_path, monkeypatch: pytest
         plan_point(["world._target_=own_world.Ring"])
 
 
-def test_a_module_that_is_broken_is_told_with_its_own_error(tmp_path, monkeypatch: pytest.MonkeyPatch):
+def test_the_error_of_a_broken_module_is_quoted(tmp_path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "broken_world.py").write_text("import no_such_library\n", encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(ConfigError, match=r"world\._target_=broken_world\.Ring: .*no_such_library"):
@@ -204,7 +204,7 @@ def test_config_errors_are_value_errors_and_need_nothing_heavy():
         ("", ""),
     ],
 )
-def test_the_nearest_name_is_offered_if_there_is_one_near(name: str, hint: str):
+def test_the_most_similar_name_is_suggested(name: str, hint: str):
     found = str(ConfigError.unknown("key", name, ["world", "task"], prefix="c."))
     assert found == f"c.{name}: no such key{hint} (there is task, world)"
 
@@ -217,5 +217,5 @@ def test_the_nearest_name_is_offered_if_there_is_one_near(name: str, hint: str):
     ],
     ids=str,
 )
-def test_a_value_is_shown_as_one_would_type_it(value: object, typed: str):
+def test_values_are_shown_as_typed(value: object, typed: str):
     assert str(ConfigError.at("key", value, "no")) == f"key={typed}: no"

@@ -98,18 +98,18 @@ def plain_override_lists(draw: st.DrawFn) -> list[str]:
 
 @settings(deadline=None, max_examples=20)
 @given(overrides=override_lists())
-def test_a_point_of_any_overrides_is_that_of_hydra(overrides: list[str], planner: Planner):
+def test_points_equal_those_of_hydra(overrides: list[str], planner: Planner):
     assert outcome(planner, overrides) == outcome(by_hydra, overrides)
 
 
 @settings(deadline=None, max_examples=20)
 @given(overrides=plain_override_lists())
-def test_a_point_of_plain_overrides_is_that_of_hydra(overrides: list[str], planner: Planner):
+def test_assembled_points_equal_those_of_hydra(overrides: list[str], planner: Planner):
     assert outcome(planner, overrides) == outcome(by_hydra, overrides)
 
 
 @pytest.mark.parametrize("override", UNUSUAL)
-def test_an_unusual_override_does_what_it_does_in_hydra(override: str, planner: Planner):
+def test_an_unusual_override_has_the_same_effect_as_in_hydra(override: str, planner: Planner):
     assert outcome(planner, [override]) == outcome(by_hydra, [override])
 
 
@@ -175,7 +175,7 @@ def own_option(file: str) -> str:
 
 
 @pytest.mark.parametrize("file", OWN)
-def test_an_option_of_ones_own_does_what_it_does_in_hydra(file: str, own_composer: Planner, searchpath: Overrides):
+def test_a_user_option_has_the_same_effect_as_in_hydra(file: str, own_composer: Planner, searchpath: Overrides):
     overrides = [own_option(file)]
     assert outcome(own_composer, overrides) == outcome(lambda given: by_hydra(given, searchpath), overrides)
 
@@ -196,13 +196,13 @@ def test_an_option_of_ones_own_does_what_it_does_in_hydra(file: str, own_compose
     ],
     ids=" ".join,
 )
-def test_options_of_ones_own_go_together_as_in_hydra(
+def test_combinations_of_user_options_have_the_same_effect_as_in_hydra(
     overrides: list[str], own_composer: Planner, searchpath: Overrides
 ):
     assert outcome(own_composer, overrides) == outcome(lambda given: by_hydra(given, searchpath), overrides)
 
 
-def test_the_options_of_this_file_are_of_many_kinds(own_composer: Planner):
+def test_user_options_of_this_file_describe_different_points(own_composer: Planner):
     # All others are refused, by Hydra as well, or say what the shipped ones say.
     points = {own_option(file): outcome(own_composer, [own_option(file)]) for file in OWN}
     assert len({str(point) for point in points.values()}) > 12
@@ -225,7 +225,7 @@ def composed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return calls
 
 
-def test_plain_points_take_one_composition_in_all(composed: list[list[str]]):
+def test_plain_points_need_one_composition_in_total(composed: list[list[str]]):
     options = [f"{group}={file.stem}" for group, files in FILES.items() for file in files if group != "tracking"]
     values = ["seed=3", "task.goals=1", "world.size=[4,5]", "learner.gamma=0.5", "learner.ties=first", "outputs=there"]
     quoted = ["world='walled'", "exploration.epsilon=.5", "reward.step=-1e-1"]
@@ -236,7 +236,7 @@ def test_plain_points_take_one_composition_in_all(composed: list[list[str]]):
     assert composed == [[]]
 
 
-def test_plain_options_of_ones_own_take_none_either(composed: list[list[str]], searchpath: Overrides):
+def test_plain_user_options_need_no_further_composition(composed: list[list[str]], searchpath: Overrides):
     with shipped_config():
         planner = Planner(Composer(searchpath))
         for overrides in (["world=wide"], ["world=itself", "seed=1"], ["world=wide", "exploration=linear"]):
@@ -269,6 +269,6 @@ def assembled(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
         *("seed=1,2", "nothing=1", "task.goals.of=1"),
     ],
 )
-def test_what_is_not_plain_is_left_to_hydra(override: str, own_composer: Planner, assembled: list[bool]):
+def test_other_overrides_are_composed_by_hydra(override: str, own_composer: Planner, assembled: list[bool]):
     outcome(own_composer, [override])
     assert assembled == [False]

@@ -65,7 +65,7 @@ application()
 """
 
 
-def test_an_application_of_an_earlier_hydra_runs_as_it_did(tmp_path: Path):
+def test_an_application_with_an_earlier_hydra_version_runs_unchanged(tmp_path: Path):
     # Hydra 1.1 ran each job in a folder of its own.
     (tmp_path / "application.py").write_text(OLD_APPLICATION, encoding="utf-8")
     flags = ["-m", SEARCHPATH, "hydra/launcher=design", "hydra.sweep.dir=there"]

@@ -81,7 +81,7 @@ def forget(folder: Path) -> None:
     ],
     ids=["default", "method", "helper", "helper of a helper", "import in a function", "text"],
 )
-def test_what_may_change_results_changes_it(changed: dict[str, str], of: Of):
+def test_code_that_may_change_results_changes_the_identity(changed: dict[str, str], of: Of):
     assert of(**changed) != of()
 
 
@@ -95,11 +95,11 @@ def test_what_may_change_results_changes_it(changed: dict[str, str], of: Of):
     ],
     ids=["comment", "comments and blank lines", "comment of a helper", "a file that is not imported"],
 )
-def test_what_cannot_change_results_does_not_change_it(changed: dict[str, str], of: Of):
+def test_code_that_cannot_change_results_keeps_the_identity(changed: dict[str, str], of: Of):
     assert of(**changed) == of()
 
 
-def test_a_version_stands_in_place_of_the_source(of: Of):
+def test_a_version_replaces_the_source(of: Of):
     versioned = MODULE.replace("    factor", '    __version__ = "2"\n    factor', 1)
     assert of(own_level=versioned) == "version 2"
     assert of(own_level=versioned, base="BASE = 0.4\n") == "version 2"
@@ -107,19 +107,19 @@ def test_a_version_stands_in_place_of_the_source(of: Of):
 
 
 @pytest.mark.parametrize("version", ["True", "1.5", "()"])
-def test_a_version_is_a_text_or_a_whole_number(version: str, of: Of):
+def test_a_version_is_a_string_or_a_whole_number(version: str, of: Of):
     with pytest.raises(ConfigError, match=r"own_level\.Level\.__version__=.*should be a string or a whole number"):
         of(own_level=MODULE.replace("    factor", f"    __version__ = {version}\n    factor", 1))
 
 
-def test_a_version_that_is_inherited_does_not_count(of: Of):
+def test_an_inherited_version_is_ignored(of: Of):
     of(own_level=MODULE + "\nclass Base(Level):\n    __version__ = 1\n\nclass Derived(Base):\n    pass\n")
     module = sys.modules["own_level"]
     assert code_identity(module.Base) == "version 1"
     assert code_identity(module.Derived).startswith("sha256:")
 
 
-def test_what_counts_is_what_was_imported_not_what_is_on_disk_now(of: Of, tmp_path: Path):
+def test_the_imported_source_counts_not_the_file_on_disk(of: Of, tmp_path: Path):
     before = of()
     module = sys.modules["own_level"]
     (tmp_path / "own_level.py").write_text(MODULE.replace("1.0", "0.5"), encoding="utf-8")
@@ -133,7 +133,7 @@ def test_a_class_without_a_file_needs_a_version():
         fingerprint(DesignPoint(representation=kind()))
 
 
-def test_only_own_components_show_what_they_are_recognised_by(of: Of):
+def test_only_user_components_have_a_source_parameter(of: Of):
     found = of()
     own = DesignPoint(exploration=sys.modules["own_level"].Level())
     parameters = PlannedPoint.of(own, {}).parameters
@@ -152,7 +152,7 @@ def test_the_source_is_part_of_the_fingerprint(of: Of):
     assert found() != before
 
 
-def test_another_process_finds_the_same(of: Of, tmp_path: Path):
+def test_the_identity_is_the_same_in_another_process(of: Of, tmp_path: Path):
     here = of()
     program = (
         "from rl_design_space.plan.code_identity import code_identity; import own_level; "
@@ -163,7 +163,7 @@ def test_another_process_finds_the_same(of: Of, tmp_path: Path):
     assert there.stdout.strip() == here
 
 
-def test_of_an_installed_package_only_its_own_modules_count(tmp_path: Path):
+def test_only_modules_of_the_same_installed_package_count(tmp_path: Path):
     packages = tmp_path / "site-packages"
     for name, content in {
         "parts/__init__.py": "",
@@ -177,13 +177,13 @@ def test_of_an_installed_package_only_its_own_modules_count(tmp_path: Path):
     assert set(found) == {"parts", "parts.walls", "parts.doors"}
 
 
-def test_the_package_itself_does_not_count_in_a_checkout():
+def test_modules_of_this_package_are_ignored_in_a_checkout():
     here = Path(__file__).parents[2]
     assert not [name for name in modules_beside("tests.misfits", here / "tests" / "misfits.py") if "rl_design" in name]
     assert not [name for name in modules_beside(__name__, Path(__file__)) if name.startswith("rl_design_space")]
 
 
-def test_a_file_that_is_not_python_counts_as_it_is(tmp_path: Path):
+def test_a_file_that_is_not_python_counts_unchanged(tmp_path: Path):
     file = tmp_path / "broken.py"
     file.write_text("x = (  # open\n", encoding="utf-8")
     assert code(file) == "x = (  # open\n"

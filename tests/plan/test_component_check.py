@@ -86,20 +86,20 @@ MISFITS = {
 
 
 @pytest.mark.parametrize("name", MISFITS)
-def test_a_contract_that_is_not_kept_is_told_by_class_expected_and_got(name: str):
+def test_a_broken_contract_is_explained_by_class_expectation_and_result(name: str):
     given, message = MISFITS[name]
     with pytest.raises(ConfigError, match=message):
         ComponentCheck()(given)
 
 
 @pytest.mark.parametrize("name", [name for name in MISFITS if not name.startswith("a cell that")])
-def test_whoever_learns_without_planning_is_told_the_same(name: str):
+def test_simulate_explains_a_broken_contract_as_planning_does(name: str):
     given, message = MISFITS[name]
     with pytest.raises(ConfigError, match=message):
         simulate(given, threads=1)
 
 
-def test_a_component_that_raises_is_left_to_its_point():
+def test_a_component_that_raises_does_not_fail_planning():
     def broken(self, trials):
         raise ArithmeticError("no luck")
 
@@ -118,7 +118,7 @@ def test_an_unhashable_component_is_refused():
         ComponentCheck()(point(exploration=Listed()))
 
 
-def test_each_component_is_tried_once_with_what_it_is_used_with():
+def test_each_combination_of_user_components_is_checked_once():
     calls = []
 
     def counted(self, trials):
@@ -133,7 +133,7 @@ def test_each_component_is_tried_once_with_what_it_is_used_with():
     assert calls == [10, 7]
 
 
-def test_built_in_components_are_not_tried(monkeypatch: pytest.MonkeyPatch):
+def test_built_in_components_are_not_checked(monkeypatch: pytest.MonkeyPatch):
     tried = []
     monkeypatch.setattr(Torus, "next_cell", tried.append)
     monkeypatch.setattr(Constant, "schedule", lambda *given: tried.append(given))
@@ -154,13 +154,13 @@ def test_starts_and_goals_lie_on_open_cells():
     assert curves.success.any()
 
 
-def test_a_world_whose_cells_are_all_open_has_the_layouts_of_one_without_obstacles():
+def test_a_world_with_all_cells_open_has_the_layouts_of_a_world_without_obstacles():
     plain, opened = simulate(point(), threads=1), simulate(world(MOVES, *range(16)), threads=1)
     np.testing.assert_array_equal(plain.steps, opened.steps)
     np.testing.assert_array_equal(plain.optimum, opened.optimum)
 
 
-def test_a_map_with_one_way_only_is_learned_in():
+def test_a_ring_with_a_single_direction_can_be_learned():
     ring = np.tile(np.roll(HERE, -1), (4, 1))  # every move leads on to the next cell
     given = world(ring)
     ComponentCheck()(given)

@@ -17,7 +17,7 @@ def stored(folder: Path) -> Store:
     return Store(folder / "outputs" / "mlflow.db")
 
 
-def test_killed_sweeps_lose_no_point_and_double_none(tmp_path: Path):
+def test_killed_sweeps_record_every_point_exactly_once(tmp_path: Path):
     figures = killed_until_done(tmp_path, TINY, POINTS, kills=6, seed=1)
     store = stored(tmp_path)
     assert figures.kills > 1
