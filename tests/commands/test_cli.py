@@ -1,4 +1,4 @@
-"""Whole runs through the real commands; each costs seconds, so there are few and tests share them."""
+"""Whole runs through the real commands; each takes seconds, so tests share them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Endless(Torus):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The current folder of all commands, with a module of the user's own in it."""
+    """Return the current folder of all commands."""
     return tmp_path_factory.mktemp("commands")
 
 
@@ -139,7 +139,7 @@ def test_a_report_is_written_from_recorded_runs(small_table: Completed, command:
     assert measured == {(way, size, "1") for way in ("ad_hoc", "direction") for size in ("10", "20")}
 
 
-# Mistakes.
+# Errors in the configuration.
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_a_traceback_is_shown_with_hydra_full_error(command: Command):
     assert "world.siz" in done.stderr.splitlines()[-1] or "world.siz" in done.stderr
 
 
-# Components of one's own, and what happens when one fails or is interrupted.
+# User components, failures and interruptions.
 
 OWN = ("representation=ad_hoc", "representation._target_=mine.Blind", "exploration.k=0.03")
 
@@ -190,7 +190,7 @@ def test_a_failed_point_does_not_stop_the_others(failing: Completed, folder: Pat
 
 
 def test_a_failure_is_shown_at_once_and_again_at_the_end(failing: Completed):
-    # The words of a table are wrapped, each in its column, so that only short ones are found in one piece.
+    # The cells of a table are wrapped, so only short texts are found in one piece.
     at_once, _, at_the_end = failing.stdout.partition("[3/3]")
     assert "RuntimeError: the floor of [5] is gone" in at_once
     assert "Failures" in at_the_end
@@ -205,7 +205,7 @@ def test_the_command_that_repeats_a_failure_can_be_copied(failing: Completed):
 
 
 def test_the_table_of_failures_wraps_and_truncates_nothing(failing: Completed):
-    # However narrow the terminal: what does not fit is wrapped, not cut.
+    # Also in a narrow terminal: long cells are wrapped, not truncated.
     _, _, table = failing.stdout.partition("Failures")
     assert "…" not in table
     assert "world._target_=mine.Fragile" in "".join(table.split())
@@ -215,7 +215,7 @@ def test_an_interrupted_study_is_killed_and_continues_later(default_run: Complet
     words = ("study=table4", *SMALL, *OWN, "task.goals=1", "world.size=5,6", "outputs=out", "threads=1")
     process = started(folder, *words, "world._target_=mine.Endless")
     assert process.stderr.readline() == "endless\n"
-    # The larger one was learned before; it may take a moment to be recorded.
+    # The larger point was learned first; wait until it is recorded.
     while not (recorded := [run for run in runs(folder) if "mine.Endless" in run[0] and run[1] == "FINISHED"]):
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
@@ -224,6 +224,6 @@ def test_an_interrupted_study_is_killed_and_continues_later(default_run: Complet
     assert err.splitlines()[-1].startswith("interrupted; run the same command again")
     assert "Traceback" not in err
     assert runs(folder, "sweeps")[-1] == ("table4", "KILLED")
-    # What was learned before is kept.
+    # Recorded points are kept.
     assert [run for run in runs(folder) if "mine.Endless" in run[0]] == recorded
     assert len(recorded) == 1

@@ -1,4 +1,4 @@
-"""The commands that look after a store: sync, store status, store compact, rerun."""
+"""The subcommands for the tracking store: sync, store status, store compact, rerun."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def outputs(empty_database: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
-    """Run a command; its exit status and what it says."""
+    """Run a subcommand; return its exit status and its output."""
     monkeypatch.setattr("rl_design_space.commands.terminal.console.width", 200, raising=False)
 
     def run(word: str, *arguments: str) -> tuple[int, str]:
@@ -37,21 +37,21 @@ def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
     return run
 
 
-class Nobody:
-    """Delivers nothing."""
+class NoCourier:
+    """A courier that delivers nothing."""
 
     def watch(self, name: str, done: object) -> None:
         pass
 
 
-def waiting(outputs: Path) -> MlflowTracker:
-    """A tracker whose records wait."""
-    return options(outputs / "mlflow.db").open("", Nobody())
+def undelivered(outputs: Path) -> MlflowTracker:
+    """Return a tracker whose records stay pending."""
+    return options(outputs / "mlflow.db").open("", NoCourier())
 
 
 def test_pending_records_are_delivered_once(say, outputs: Path):
     assert say("sync") == (0, "no pending records\n")
-    tracker = waiting(outputs)
+    tracker = undelivered(outputs)
     for override in ("seed=0", "seed=1"):
         tracker.record(*learned(override))
     status, said = say("sync")
@@ -62,7 +62,7 @@ def test_pending_records_are_delivered_once(say, outputs: Path):
 
 
 def test_undeliverable_records_are_reported(say, outputs: Path):
-    tracker = waiting(outputs)
+    tracker = undelivered(outputs)
     planned, curves = learned()
     tracker.record(planned, curves)
     (path,) = (outputs / "spool").glob("*/*.record")
@@ -80,7 +80,7 @@ def test_the_state_of_a_store(say, outputs: Path):
     client = MlflowClient(f"sqlite:///{outputs}/mlflow.db")
     client.delete_run(runs[0].run_id)
     client.update_run(runs[1].run_id, status="FAILED")
-    waiting(outputs).record(*learned("seed=3"))
+    undelivered(outputs).record(*learned("seed=3"))
     status, said = say("store", "status")
     assert status == 0
     for line in (r"points +1 complete", r"incomplete +1 FAILED", r"deleted +1 runs", r"unsynced +1 points, 1 records"):

@@ -31,13 +31,13 @@ CONFIG = ("--config-dir", "own/conf")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The current folder of all commands."""
+    """Return the current folder of all commands."""
     return tmp_path_factory.mktemp("sweeps")
 
 
 @pytest.fixture(scope="module")
 def command(folder: Path) -> Command:
-    """Run a command, with studies and a module of the user's own at hand."""
+    """Run a command, with user studies and a user module."""
     run = commands_in(folder)
     studies = folder / "own" / "conf" / "study"
     studies.mkdir(parents=True)
@@ -71,7 +71,7 @@ def test_several_studies_share_their_points(command: Command, folder: Path):
     assert last_line(done.stdout).startswith("mine,yours: 6 points, 6 learned now, 0 before, 0 failed")
     assert [status for _, status in runs(folder, outputs="out/studies")] == ["FINISHED"] * 6
     assert runs(folder, "sweeps", outputs="out/studies") == [("mine,yours", "FINISHED")]
-    # Each of them alone has nothing left to do, and a plan says so.
+    # Each of them alone is complete, and a plan shows it.
     for study, points in (("mine", 5), ("yours", 2)):
         again = command("rl-design-space", *CONFIG, f"study={study}", outputs="out/studies")
         assert last_line(again.stdout).startswith(f"{study}: {points} points, 0 learned now, {points} before")

@@ -1,4 +1,4 @@
-"""Points from overrides: as Hydra composes them, only faster."""
+"""Points from overrides: the composer gives the same results as Hydra, faster."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Overrides = list[str]
 
 @st.composite
 def override_lists(draw: st.DrawFn) -> Overrides:
-    """Options and values in any order; values are of keys that the options have, of any kind, repeated or not."""
+    """Draw options and values in any order; values of any type, for existing keys, possibly repeated."""
     options, keys = [], [*PLAIN_KEYS, "tracking.experiment"]
     for group, files in FILES.items():
         if file := draw(st.sampled_from([None, *files])):
@@ -58,7 +58,7 @@ def override_lists(draw: st.DrawFn) -> Overrides:
 
 
 def by_composer(overrides: Overrides) -> DictConfig:
-    # Twice, so that the compared config comes from the cache and no earlier point can have left a trace in it.
+    # Compose twice: the compared config comes from the cache, which earlier points must not change.
     composer = Composer()
     with suppress(ConfigError):
         composer.config([*overrides, "seed=12345", "task.goals=54321"])
@@ -70,7 +70,7 @@ def by_hydra(overrides: Overrides) -> DictConfig:
 
 
 def outcome(how: Callable[[Overrides], DictConfig], overrides: Overrides) -> object:
-    """The config without what Hydra notes of the call, and the chosen options; or that there is none."""
+    """Return the config without Hydra's record of the call, and the chosen options; or that composing fails."""
     try:
         config = how(overrides)
     except (ConfigError, HydraException, OmegaConfBaseException):
@@ -189,12 +189,12 @@ def test_the_command_can_be_pasted_into_a_shell():
     )  # fmt: skip
 
 
-# Hydra keeps one global state, and whoever uses this package as a library may have made use of it.
+# Hydra has one global state, which an application that uses this package as a library may have initialized.
 
 
 @pytest.fixture
 def outer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DictConfig]:
-    """Another application's Hydra, looking at its own configuration."""
+    """Initialize Hydra with the configuration of another application."""
     folder = tmp_path_factory.mktemp("outer")
     (folder / "app.yaml").write_text("colour: red\n", encoding="utf-8")
     with hydra.initialize_config_dir(str(folder), version_base="1.3"):

@@ -1,4 +1,4 @@
-"""Every mistake in a configuration is answered by the key, the value and what would be right."""
+"""Messages for invalid configurations name the key, the value and what would be right."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from rl_design_space.run.settings import build_settings
 OPTION = "name exactly one option"
 SIZE = "a size is a whole number of at least 2, or two of them, [dx, dy]"
 
-#: What was typed, and what the message must hold.
+#: Overrides, and what the message must contain.
 POINTS = [
-    # Names that do not exist.
+    # Unknown names.
     ("representation=ad_hic", ["representation=ad_hic: no such option", "did you mean representation=ad_hoc?"]),
     ("representation=direc", ["did you mean representation=direct?", "ad_hoc, direct, direction, distance"]),
     ("exploration=quadratic", ["exploration=quadratic: no such option", "constant, exponential, linear, sigmoidal"]),
@@ -72,7 +72,7 @@ POINTS = [
     ("learner.alpha=0", ["learner.alpha=0", "greater than 0"]),
     ("seed=-1", ["seed=-1", "greater than or equal to 0"]),
     ("seed=18446744073709551616", ["seed=18446744073709551616", "less than 18446744073709551616"]),
-    # Missing.
+    # Missing values.
     ("seed=???", ["seed=???", "needs a value"]),
     ("world.size=???", ["world.size=???", "needs a value"]),
     ("exploration=linear exploration.k=???", ["exploration.k=???", "needs a value"]),
@@ -82,12 +82,12 @@ POINTS = [
     ("~representation", ["representation", OPTION]),
     ("representation=null", ["representation", OPTION]),
     ("~world._target_", ["world._target_=???", "name the class"]),
-    # One thing expected, several given.
+    # Several values where one is expected.
     ("representation=[ad_hoc,direction]", ["representation", OPTION]),
     ("world.size=10,20", ["world.size=10,20", "several values make a sweep", "-m"]),
     ("representation=ad_hoc,direction", ["representation=ad_hoc,direction", "several values make a sweep", "-m"]),
     ("seed=range(0,3)", ["seed=range(0,3)", "-m"]),
-    # What cannot be read, and what refers to nothing.
+    # Overrides that cannot be parsed, and interpolations that cannot be resolved.
     ("goals", ["goals: not an override", "key=value"]),
     ("world.size=[10", ["world.size=[10: not an override", "key=value"]),
     ("task.goals=${", ["task.goals=${: not an override"]),
@@ -137,7 +137,7 @@ def cases(table: list[tuple[str, list[str]]]) -> list:
 
 
 def assert_told(error: ConfigError, expected: list[str]) -> None:
-    """The message holds these words and is not in the terms of the libraries underneath."""
+    """Check that a message contains these words and no terms of the underlying libraries."""
     message = str(error)
     assert [words for words in expected if words not in message] == [], message
     for foreign in ("pydantic", "omegaconf", "hydra.errors", "full_key", "object_type", "Traceback", "<class"):

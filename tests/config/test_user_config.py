@@ -1,4 +1,4 @@
-"""A config folder of the user's own: how it is named, what it shadows, and what is told of mistakes in it."""
+"""The user's config folder: how it is set, what it shadows, and messages for errors in it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Way:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A config folder beside a module; afterwards all is as it was before."""
+    """Create a config folder beside a module, and restore the process state afterwards."""
     monkeypatch.delenv(user_config.VARIABLE, raising=False)
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.chdir(tmp_path)
@@ -145,7 +145,7 @@ def test_the_shipped_folder_shadows_nothing():
         assert user_config.shadowing() == []
 
 
-# Mistakes.
+# Errors in the folder.
 
 MISTAKES = {
     "not YAML": (

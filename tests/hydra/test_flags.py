@@ -1,4 +1,4 @@
-"""Hydra's flags and tab completion: they do what they do in every application, and at once."""
+"""Hydra's flags and tab completion: they work as in every Hydra application, without slow imports."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ import yaml
 
 from rl_design_space.commands import words as command_words
 
-#: What takes seconds to import, and nothing here has a use for.
+#: Modules that take seconds to import and that no command here needs.
 SLOW = {"mlflow", "numba", "pandas", "seaborn"}
 
-#: The command, with a list of everything that it has imported.
+#: The command; it writes a list of all imported modules at its end.
 COMMAND = """
 import atexit, os, sys
 from pathlib import Path
@@ -32,7 +32,7 @@ Command = Callable[..., Completed]
 
 @pytest.fixture
 def command(tmp_path: Path) -> Command:
-    """Run the command in an empty folder; it may neither write anything nor import what is slow."""
+    """Run the command in an empty folder; it must neither write a file nor import a slow module."""
     folder, imported = tmp_path / "empty", tmp_path / "imported"
     folder.mkdir()
 
@@ -159,7 +159,7 @@ def test_a_plan_runs_nothing_and_writes_nothing(words: tuple[str, ...], points: 
         (("-m", "--cfg", "job"), "--multirun and --cfg cannot be used together"),
         (("study=table4", "hydra/sweeper=basic"), "study=table4 needs hydra/sweeper=design, not basic"),
         (("-m", "plan=true", "hydra/sweeper=optuna"), "plan=true needs hydra/sweeper=design, not optuna"),
-        # For these, Hydra and OmegaConf raise errors that are not theirs.
+        # Hydra and OmegaConf raise errors of other classes for these.
         (("=1",), "=1: "),
         (("study=5",), "study=5: "),
         (("hydra/launcher=5",), "hydra/launcher=5: "),

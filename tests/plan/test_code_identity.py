@@ -1,4 +1,4 @@
-"""The code of an own component is part of a point's identity: whatever may change results, and nothing else."""
+"""The code of a user component is part of a point's identity: all code that may change results, and no other."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ Of = Callable[..., str]
 
 @pytest.fixture
 def of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Of]:
-    """What the class is recognised by, with these files as they are on disk when it is imported."""
+    """Write files, import the class, and return its code identity."""
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 

@@ -1,4 +1,4 @@
-"""What is wrong with a component of the user's own is told when points are planned, and built-in ones cost nothing."""
+"""User components are checked when points are planned; built-in ones are not called."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def codes(change) -> DesignPoint:
 
 
 def walled_off(cell: int, *, outwards: bool = False) -> np.ndarray:
-    """Moves of a world in which nobody comes to a cell, or nobody leaves it."""
+    """Return the moves of a world with a cell that cannot be entered, or cannot be left."""
     moves = MOVES.copy()
     if outwards:
         moves[:, cell] = cell
@@ -53,11 +53,11 @@ MISFITS = {
     "one move too few": (world(MOVES[:3]), r"Misfit\.next_cell\(\) should give int32 of shape \(4, 16\), not int32 of"),
     "moves in floats": (world(MOVES * 1.0), "not float64"),
     "a way out": (world(MOVES + np.int32(1)), "all from 0 to 15; it gives 1 to 16"),
-    "a cell that nobody comes to": (
+    "a cell that cannot be entered": (
         world(walled_off(6)),
         r"world: .*next_cell\(\) leaves no way from \(x=0, y=0\) to \(x=2, y=1\), so a goal there could not be reached",
     ),
-    "a cell that nobody leaves": (world(walled_off(6, outwards=True)), r"no way from \(x=2, y=1\) to \(x=0, y=0\)"),
+    "a cell that cannot be left": (world(walled_off(6, outwards=True)), r"no way from \(x=2, y=1\) to \(x=0, y=0\)"),
     "too few open cells": (world(MOVES, 0, 1), r"task\.goals=2: .*has only 2 open ones"),
     "open cells twice": (world(MOVES, 0, 1, 1, 2), "each cell once, in ascending order"),
     "open cells outside": (world(MOVES, 0, 1, 16), "all from 0 to 15; it gives 0 to 16"),
@@ -141,7 +141,7 @@ def test_built_in_components_are_not_checked(monkeypatch: pytest.MonkeyPatch):
     assert tried == []
 
 
-# Worlds of any kind.
+# Other worlds.
 
 
 def test_starts_and_goals_lie_on_open_cells():

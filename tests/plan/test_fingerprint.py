@@ -1,4 +1,4 @@
-"""A fingerprint is the identity of a point: what changes results changes it, and nothing else does."""
+"""Fingerprints: everything that changes results changes them, and nothing else does."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Of = Callable[..., str]
 
 @pytest.fixture
 def of(planner: Planner) -> Of:
-    """The fingerprint of what these overrides describe."""
+    """Return the fingerprint of the point that these overrides describe."""
     return lambda *overrides: planner(overrides).fingerprint
 
 
@@ -63,7 +63,7 @@ def test_the_fingerprint_is_the_same_in_another_process(of: Of):
         "from rl_design_space.plan.fingerprint import fingerprint\n"
         "print(fingerprint(DesignPoint(representation=Direction(), msa=MultiStepActions(lengths=(3, 2)))))"
     )
-    # Each with its own hash seed, so that nothing may hang on the order of a set.
+    # Each process has its own hash seed, so the order of a set must not matter.
     found = [
         subprocess.run(
             [sys.executable, "-c", program],
@@ -105,11 +105,11 @@ def test_settings_do_not_change_the_fingerprint(setting: str, of: Of):
     assert of(setting) == fingerprint(DesignPoint())
 
 
-# Every field of every option counts.
+# Every field of every option.
 
 
 def another_value(value: Any, kind: Any) -> Any:
-    """A valid value of a field beside the one that it has."""
+    """Return another valid value of a field."""
     choices = [choice for choice in get_args(kind) if choice != value]
     match value:
         case str() if get_origin(kind) is Literal and choices:
@@ -124,7 +124,7 @@ def another_value(value: Any, kind: Any) -> Any:
 
 
 def changed(component: Any) -> Iterator[tuple[str, Any]]:
-    """The component with each of its fields changed in turn."""
+    """Yield copies of a component, each with one field changed."""
     kinds = get_type_hints(type(component))
     for one in fields(component):
         value = getattr(component, one.name)
@@ -174,7 +174,7 @@ def test_almost_equal_points_have_different_fingerprints(one: DesignPoint, other
     assert fingerprint(one) != fingerprint(other)
 
 
-# Components of one's own.
+# User components.
 
 
 def own_torus(module: str, name: str = "Torus") -> Torus:
@@ -240,11 +240,11 @@ def test_a_field_without_a_plain_value_is_refused(tmp_path, monkeypatch: pytest.
         fingerprint(DesignPoint(exploration=Steps()))
 
 
-# Fields that come later.
+# Fields that are added later.
 
 
 def grown(**later: object) -> type[Torus]:
-    """The torus as it may be one day: with other fields, and still called by its name."""
+    """Create a later version of the torus: the same name, with additional fields."""
     added = [(name, type(value.default), value) for name, value in later.items()]
     kind = make_dataclass("Torus", added, bases=(Torus,), frozen=True, kw_only=True)
     kind.__module__ = Torus.__module__

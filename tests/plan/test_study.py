@@ -1,4 +1,4 @@
-"""Studies: unions of grids, and what the command line makes of them."""
+"""Studies: unions of grids, and overrides of the command line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rl_design_space.plan.study import Study, load_study, plan_overrides, plan_s
 
 @pytest.fixture
 def planned(planner: Planner):
-    """Plan a study of these blocks, as if it were a file of conf/study called `mine`."""
+    """Plan a study with these blocks, named `mine`."""
 
     def plan(blocks: Any, *overrides: str, name: str = "mine", **more: Any) -> Plan:
         return plan_study(name, OmegaConf.create({"study": {"blocks": blocks, **more}}), overrides, planner)
@@ -30,7 +30,7 @@ def planned(planner: Planner):
 
 @pytest.fixture
 def table4(planner: Planner):
-    """Load Table 4 with these overrides; all tests share what was composed."""
+    """Load Table 4 with overrides; all tests share one composer."""
     return lambda *overrides: load_study("table4", overrides, planner)
 
 
@@ -85,7 +85,7 @@ def test_the_last_of_two_overrides_wins(table4):
 
 
 def test_a_forced_override_replaces_a_sweep(table4):
-    # It stands after what the block says, and the command recorded for the point gives it the same meaning.
+    # It follows the overrides of the block, also in the command that is recorded with the point.
     study = table4("++world.size=5", "task.goals=1")
     assert {planned.point.world for planned in study.plan} == {Torus(size=5)}
 
@@ -314,7 +314,7 @@ def test_shards_partition_the_plan(planner: Planner, of: int):
     assert sorted(p.name for shard in shards for p in shard) == sorted(p.name for p in found)
     assert max(map(len, shards)) - min(map(len, shards)) <= 1
     assert {shard.whole for shard in shards} == {20}
-    # Whatever order the points were asked for in.
+    # The shards do not depend on the order of the points.
     other = plan_overrides(sweeps[::-1], planner)
     assert {p.fingerprint for p in other.shard(1, of)} == {p.fingerprint for p in shards[0]}
 

@@ -1,4 +1,4 @@
-"""Real clusters of this machine's cores, through the real command line: the same bits, and workers that are killed."""
+"""Real clusters on this machine, through the real command line: identical results, and workers that are killed."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from tests.command_runner import Command, commands_in, runs, started
 LAUNCHERS = ("design_dask", "design_ray")
 SWEEP = ("-m", "task.periods=3", "task.trials=5", "representation=ad_hoc,direction", "world.size=4,5,6")
 
-#: The first worker that comes to size 5 leaves its number and stays; who comes later, learns. And one that raises.
-#: The process that plans has the command's name in its command line; workers are started otherwise.
+#: A world whose first worker at size 5 writes its process id and blocks, while later ones learn; and one that raises.
+#: The planning process is recognised by the name of the command in its command line, which workers do not have.
 OWN = """
 import os
 import time
@@ -65,7 +65,7 @@ def command(folder: Path, empty_database: Path) -> Command:
 
 
 def results(folder: Path, outputs: str) -> dict[str, tuple[bytes, bytes]]:
-    """What was learned of each point, by fingerprint."""
+    """Return the recorded arrays of each point, by fingerprint."""
     query = """select t.value, r.artifact_uri from runs r join tags t using (run_uuid)
                where t.key = 'fingerprint' and r.status = 'FINISHED'"""
     with closing(sqlite3.connect(folder / outputs / "mlflow.db")) as database:
@@ -138,7 +138,7 @@ def _lives(process: int) -> bool:
     [
         ("hydra.launcher.chunk=0", "hydra.launcher.chunk=0: should be null or a whole number of at least 1"),
         ("hydra.launcher.address=here", "hydra.launcher.address=here: should be null or like "),
-        # Nobody listens at this port of this machine.
+        # Nothing listens at this port.
         ("hydra.launcher.address=127.0.0.1:9", "hydra.launcher.address=127.0.0.1:9: no cluster can be reached there: "),
     ],
 )
