@@ -1,4 +1,4 @@
-"""A sweep that is killed at any moment loses nothing and doubles nothing; nor do two sweeps at once."""
+"""Sweeps that are killed, and two sweeps at once, record every point exactly once."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def stored(folder: Path) -> Store:
     return Store(folder / "outputs" / "mlflow.db")
 
 
-def test_killed_sweeps_lose_no_point_and_double_none(tmp_path: Path):
+def test_killed_sweeps_record_every_point_exactly_once(tmp_path: Path):
     figures = killed_until_done(tmp_path, TINY, POINTS, kills=6, seed=1)
     store = stored(tmp_path)
     assert figures.kills > 1
@@ -25,7 +25,7 @@ def test_killed_sweeps_lose_no_point_and_double_none(tmp_path: Path):
     assert store.finished() == Counter(dict.fromkeys(store.finished(), 1))
     assert len(store.finished()) == POINTS
     assert store.incomplete() == 0
-    # What was left half-way is marked so, and the summaries of the killed sweeps are closed.
+    # Incomplete runs are marked KILLED, and the summary runs of killed sweeps are closed.
     assert set(store.statuses()) <= {"FINISHED", "KILLED"}
     assert store.sweeps()[-1] == "FINISHED" or store.statuses()["FINISHED"] == POINTS
     assert "RUNNING" not in store.sweeps()
@@ -43,7 +43,7 @@ def test_two_sweeps_at_once_share_the_points(tmp_path: Path, new: bool):
     expected = POINTS + (not new)
     assert len(store.finished()) == expected
     assert store.statuses() == {"FINISHED": expected}
-    # Each says of all points what became of them, and together they have learned each once.
+    # Each counts all points, and together they have learned each point once.
     learned = [int(out.split(" learned now")[0].split()[-1]) for out, _ in ended]
     assert sum(learned) == POINTS
     assert all(f"sweep: {POINTS} points" in out and "0 failed" in out for out, _ in ended)
