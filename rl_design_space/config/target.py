@@ -13,35 +13,40 @@ from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
 
+def imported(key: str, target: object) -> type:
+    """Import the class that a `_target_` names.
+
+    Args:
+        key: where the target is written, e.g. `world._target_`.
+        target: module and class, e.g. `mine.Ring`.
+
+    Raises:
+        ConfigError: it cannot be imported, or is not a class.
+    """
+    if not isinstance(target, str):
+        raise ConfigError.at(key, target, "should name a class, as in module.Class")
+    try:
+        kind = resolve_name(target)
+    except Exception as error:  # a module may raise anything when it is imported
+        raise ConfigError.at(key, target, f"cannot be imported: {_reason(target, error)}") from error
+    if not isinstance(kind, type):
+        raise ConfigError.at(key, target, "should name a class, as in module.Class")
+    return kind
+
+
 def class_of(key: str, target: object) -> Any:
-    """Return the class that a `_target_` names.
+    """Import the dataclass that an option names.
 
     Args:
         key: key of the option, e.g. `world`.
         target: module and class, e.g. `mine.Ring`.
 
     Raises:
-        ConfigError: the class cannot be imported, or is not a dataclass.
+        ConfigError: it cannot be imported, or is not a dataclass.
     """
-    where = f"{key}._target_"
-    if not isinstance(target, str):
-        raise ConfigError.at(where, target, "should name a class, as in module.Class")
-    try:
-        kind = resolve_name(target)
-    except ModuleNotFoundError as error:
-        raise ConfigError.at(where, target, f"cannot be imported: {_not_found(target, error)}") from error
-    except AttributeError as error:
-        raise ConfigError.at(where, target, f"cannot be imported: {_no_such_name(target, error)}") from error
-    except SyntaxError as error:
-        raise ConfigError.at(
-            where, target, f"cannot be imported: {error.filename}:{error.lineno}: {error.msg}"
-        ) from error
-    except Exception as error:  # a module may raise anything when it is imported
-        place = extract_tb(error.__traceback__)[-1]
-        reason = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
-        raise ConfigError.at(where, target, f"cannot be imported: {reason}") from error
+    kind = imported(f"{key}._target_", target)
     if not is_dataclass(kind):
-        raise ConfigError.at(where, target, "should be a frozen dataclass")
+        raise ConfigError.at(f"{key}._target_", target, "should be a frozen dataclass")
     return kind
 
 
@@ -58,6 +63,18 @@ def check_fields(key: str, kind: Any, node: Mapping[str, Any]) -> None:
     for name, field in known.items():
         if name not in node and field.default is MISSING and field.default_factory is MISSING:
             raise ConfigError.at(f"{key}.{name}", "???", f"needs a value; {kind.__name__} has no default for it")
+
+
+def _reason(target: str, error: Exception) -> str:
+    """Return why a target cannot be imported."""
+    if isinstance(error, ModuleNotFoundError):
+        return _not_found(target, error)
+    if isinstance(error, AttributeError):
+        return _no_such_name(target, error)
+    if isinstance(error, SyntaxError):
+        return f"{error.filename}:{error.lineno}: {error.msg}"
+    place = extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
 
 
 def _not_found(target: str, error: ModuleNotFoundError) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 
+from rl_design_space._yaml import as_yaml
 from rl_design_space.config.explain import explain
 from rl_design_space.errors import ConfigError
 
@@ -74,16 +75,5 @@ def _explained() -> Iterator[None]:
 
 
 def as_overrides(sweeps: Mapping[str, Any]) -> list[str]:
-    """Return a block of a study as overrides; strings are Hydra's sweep grammar, anything else is a value."""
-    return [f"{key}={_typed(value)}" for key, value in sweeps.items()]
-
-
-def _typed(value: Any) -> str:
-    """Return a value in Hydra's grammar."""
-    if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    if isinstance(value, Mapping):
-        return f"{{{','.join(f'{key}:{_typed(item)}' for key, item in value.items())}}}"
-    if isinstance(value, list):
-        return f"[{','.join(map(_typed, value))}]"
-    return str(value)
+    """Return a block of a study as overrides; strings are in the sweep grammar of Hydra, anything else is a value."""
+    return [f"{key}={as_yaml(value)}" for key, value in sweeps.items()]

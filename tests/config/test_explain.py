@@ -98,7 +98,7 @@ POINTS = [
     ("world._target_=no.such.Thing", ["world._target_=no.such.Thing", "cannot be imported", "'no'"]),
     ("world._target_=rl_design_space.design.Tours", ["world._target_=", "cannot be imported", "'Tours'"]),
     ("world._target_=Torus", ["world._target_=Torus", "cannot be imported"]),
-    ("world._target_=rl_design_space.design.cell_count", ["cell_count", "should be a frozen dataclass"]),
+    ("world._target_=rl_design_space.design.cell_count", ["cell_count", "should name a class"]),
     ("world._target_=builtins.dict", ["world._target_=builtins.dict", "should be a frozen dataclass"]),
     ("world._target_=null", ["world._target_=null"]),
     ("world._target_=3", ["world._target_=3"]),

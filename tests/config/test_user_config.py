@@ -190,7 +190,7 @@ MISTAKES = {
     "a function": (
         OPTION.replace("Way", "cell_count"),
         [],
-        r"_target_=own_way\.cell_count: should be a frozen dataclass",
+        r"_target_=own_way\.cell_count: should name a class",
     ),
 }
 

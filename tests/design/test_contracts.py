@@ -1,4 +1,4 @@
-"""Every built-in option keeps its contract, and every breach of a contract is found and named."""
+"""Every shipped option keeps its contract, and every breach of a contract is reported."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rl_design_space.config.compose import OPTION_GROUPS
 from rl_design_space.contracts import (
     check_exploration,
     check_msa,
@@ -22,53 +23,71 @@ from rl_design_space.contracts import (
 from rl_design_space.design import (
     AdHoc,
     Constant,
-    Direct,
     Direction,
     Distance,
     Exponential,
     GoalReward,
     Linear,
     MultiStepActions,
-    Sigmoidal,
     Torus,
     Walled,
 )
+from rl_design_space.plan.planner import Planner
+from tests.design.options import names_of, variations
 from tests.misfits import misfit
 
 ROOT = Path(__file__).parents[2]
 
-KEPT = [
-    (check_world, Torus()),
-    (check_world, Torus(size=2)),
+CHECKS = {
+    "world": check_world,
+    "representation": check_representation,
+    "exploration": check_exploration,
+    "msa": check_msa,
+    "reward": check_reward,
+}
+SHIPPED = [pytest.param(group, name, id=f"{group}={name}") for group in CHECKS for name in names_of(group)]
+#: Beside the shipped options and the limits of their ranges.
+UNUSUAL = [
     (check_world, Torus(size=(100, 3))),
-    (check_world, Walled()),
     (check_world, Walled(size=(2, 9))),
     (check_world, misfit(Walled(size=3), open_cells=lambda self: np.array([0, 1, 3], dtype=np.int32))),
-    (check_representation, AdHoc()),
-    (check_representation, Distance()),
-    (check_representation, Distance(goals="remaining")),
-    (check_representation, Direction()),
-    (check_representation, Direction(goals="remaining")),
-    (check_representation, Direction(rule="horizontal_first")),
-    (check_representation, Direction(rule="horizontal_first", goals="remaining")),
-    (check_representation, Direct()),
-    (check_exploration, Constant()),
-    (check_exploration, Linear()),
-    (check_exploration, Exponential()),
     (check_exploration, Exponential(start=0.01, l=0.5)),
-    (check_exploration, Sigmoidal()),
-    (check_reward, GoalReward()),
-    (check_msa, MultiStepActions()),
     (check_msa, MultiStepActions(lengths=(5, 2, 3))),
 ]
 
 
-@pytest.mark.parametrize(("check", "component"), KEPT, ids=lambda value: getattr(value, "__name__", None) or str(value))
-def test_built_in_options_keep_their_contract(check, component):
+@pytest.mark.parametrize(("group", "name"), SHIPPED)
+def test_a_shipped_option_keeps_its_contract(group: str, name: str, planner: Planner):
+    option = getattr(planner([f"{group}={name}"]).point, group)
+    CHECKS[group](option)
+    for variation in variations(option):
+        CHECKS[group](variation)
+
+
+def test_the_variations_of_an_option_are_those_of_its_annotations():
+    varied = set(variations(Direction()))
+    assert varied == {
+        Direction(rule=rule, goals=goals)
+        for rule in ("dominant_axis", "horizontal_first")
+        for goals in ("all", "remaining")
+    }
+    assert {Linear(start=0), Linear(start=1), Linear(k=0)} <= set(variations(Linear()))
+    assert Torus(size=2) in variations(Torus())
+
+
+def test_every_choice_with_a_contract_has_options_and_only_the_learner_has_no_contract():
+    assert set(CHECKS) == set(OPTION_GROUPS) - {"learner"}
+    assert all(names_of(group) for group in CHECKS)
+
+
+@pytest.mark.parametrize(
+    ("check", "component"), UNUSUAL, ids=lambda value: getattr(value, "__name__", None) or str(value)
+)
+def test_unusual_values_keep_the_contract(check, component):
     check(component)
 
 
-def test_a_representation_can_be_checked_in_worlds_of_ones_own():
+def test_a_representation_can_be_checked_in_given_worlds():
     check_representation(Distance(), worlds=[Torus(size=30), Walled(size=(2, 40))])
 
 
@@ -161,15 +180,35 @@ BROKEN = {
     "world: three sides": (check_world, world(shape=(3, 3, 1), reach=(1, 1)), "shape must be two whole numbers"),
     "world: no cells": (check_world, world(shape=(3, 0), reach=(1, 0)), "shape must be two whole numbers"),
     "world: reach in floats": (check_world, world(reach=(1.0, 1.0)), "reach must be two whole numbers"),
-    "world: list of moves": (check_world, world(next_cell=next_cell.tolist), r"next_cell\(\) must be a NumPy array"),
-    "world: transposed": (check_world, world(next_cell=lambda self: next_cell.T), r"have the shape \(4, 9\)"),
-    "world: 64 bits": (check_world, world(next_cell=lambda self: next_cell.astype(int)), "have the dtype int32"),
-    "world: a way out": (check_world, world(next_cell=lambda self: next_cell + np.int32(1)), "stay inside the world"),
-    "world: below zero": (check_world, world(next_cell=lambda self: next_cell - np.int32(1)), "stay inside the world"),
+    "world: list of moves": (
+        check_world,
+        world(next_cell=next_cell.tolist),
+        r"next_cell\(\) should give int32 of shape \(4, 9\), not list",
+    ),
+    "world: transposed": (
+        check_world,
+        world(next_cell=lambda self: next_cell.T),
+        r"should give int32 of shape \(4, 9\), not int32 of shape \(9, 4\)",
+    ),
+    "world: 64 bits": (
+        check_world,
+        world(next_cell=lambda self: next_cell.astype(int)),
+        "should give int32 .* not int64",
+    ),
+    "world: a way out": (
+        check_world,
+        world(next_cell=lambda self: next_cell + np.int32(1)),
+        "from 0 to 8; it gives 1 to 9",
+    ),
+    "world: below zero": (
+        check_world,
+        world(next_cell=lambda self: next_cell - np.int32(1)),
+        "from 0 to 8; it gives -1 to 7",
+    ),
     "world: moving walls": (
         check_world,
         world(next_cell=lambda self: np.roll(next_cell, next(calls), axis=0)),
-        r"next_cell\(\) must give the same at every call",
+        r"next_cell\(\) must return the same values at every call",
     ),
     "world: goal elsewhere": (
         check_world,
@@ -184,12 +223,24 @@ BROKEN = {
     "world: long way": (
         check_world,
         world(offset=lambda self, goals: [2 * way for way in torus.offset(goals)]),
-        r"offset\(\) must lie within reach \(1, 1\), not as far as \(2, 2\)",
+        r"offset\(\) must lie within reach \(1, 1\), but goes as far as \(2, 2\)",
     ),
-    "world: open cells as a list": (check_world, world(open_cells=lambda self: [0, 1]), "must be a NumPy array"),
-    "world: open cells outside": (check_world, opened(0, 9), r"open_cells\(\) must lie in the world of 9 cells"),
-    "world: open cells twice": (check_world, opened(0, 1, 1), "must be several, in ascending order"),
-    "world: one open cell": (check_world, opened(4), "must be several"),
+    "world: open cells as a list": (
+        check_world,
+        world(open_cells=lambda self: [0, 1]),
+        r"open_cells\(\) should give int32 .* not list",
+    ),
+    "world: open cells outside": (
+        check_world,
+        opened(0, 9),
+        r"open_cells\(\) should give .* from 0 to 8; it gives 0 to 9",
+    ),
+    "world: open cells twice": (
+        check_world,
+        opened(0, 1, 1),
+        r"open_cells\(\) should give each cell once, in ascending order",
+    ),
+    "world: one open cell": (check_world, opened(4), "has only 1 open ones"),
     "world: no way": (
         check_world,
         world(next_cell=lambda self: np.where(next_cell == 4, np.arange(9, dtype=np.int32), next_cell)),
@@ -198,22 +249,22 @@ BROKEN = {
     "world: offset in floats": (
         check_world,
         world(offset=lambda self, goals: [way * 1.0 for way in torus.offset(goals)]),
-        r"offset\(\) along x must have the dtype integer",
+        r"offset\(\) must be two arrays of whole numbers of shape \(2, 3, 1, 9\)",
     ),
     "codes: 32 bits": (
         check_representation,
         representation(lambda self, world, goals: ad_hoc(world, goals).astype(np.int32)),
-        r"observation\(\) must have the dtype int64, not int32",
+        r"observation\(\) should give int64 .* not int32",
     ),
     "codes: no counter": (
         check_representation,
         representation(lambda self, world, goals: ad_hoc(world, goals)[..., 0, :]),
-        r"observation\(\) must have the shape",
+        r"observation\(\) should give int64 of shape \(2, 3, 1, 16\), not",
     ),
     "codes: negative": (
         check_representation,
         representation(lambda self, world, goals: ad_hoc(world, goals) - 1),
-        "must not be negative",
+        "all from 0 to [0-9]+; it gives -1 to",
     ),
     "codes: more than the size": (
         check_representation,
@@ -229,7 +280,7 @@ BROKEN = {
     "codes: count the calls": (
         check_representation,
         representation(lambda self, world, goals: ad_hoc(world, goals) + next(calls)),
-        "must equal that of one at a time",
+        "must return the same values at every call",
     ),
     "codes: input changed": (check_representation, representation(shifts_its_input), "must not change the goals"),
     "codes: size in floats": (
@@ -240,35 +291,47 @@ BROKEN = {
     "schedule: one short": (
         check_exploration,
         schedule(lambda trials: np.zeros(trials - 1)),
-        r"schedule\(1\) must have",
+        r"schedule\(\) should give float64 of shape \(1,\), not float64 of shape \(0,\)",
     ),
-    "schedule: 32 bits": (check_exploration, schedule(lambda trials: np.zeros(trials, np.float32)), "dtype float64"),
-    "schedule: list": (check_exploration, schedule(lambda trials: [0.0] * trials), "NumPy array, not list"),
+    "schedule: 32 bits": (
+        check_exploration,
+        schedule(lambda trials: np.zeros(trials, np.float32)),
+        "should give float64 .* not float32",
+    ),
+    "schedule: list": (check_exploration, schedule(lambda trials: [0.0] * trials), "should give float64 .* not list"),
     "schedule: above one": (
         check_exploration,
         schedule(lambda trials: np.arange(trials) / 50),
-        r"schedule\(100\) must",
+        "all from 0 to 1; it gives 0.0 to 1.98",
     ),
-    "schedule: below zero": (check_exploration, schedule(lambda trials: np.full(trials, -0.1)), "probabilities"),
-    "schedule: no number": (check_exploration, schedule(lambda trials: np.full(trials, NAN)), "probabilities"),
+    "schedule: below zero": (
+        check_exploration,
+        schedule(lambda trials: np.full(trials, -0.1)),
+        "all from 0 to 1; it gives -0.1",
+    ),
+    "schedule: no number": (
+        check_exploration,
+        schedule(lambda trials: np.full(trials, NAN)),
+        "all from 0 to 1; it gives nan",
+    ),
     "schedule: by chance": (
         check_exploration,
         schedule(lambda trials: np.full(trials, next(calls) / 1e6)),
-        "must give the same at every call",
+        "must return the same values at every call",
     ),
-    "reward: two": (check_reward, reward(np.zeros(2)), r"have the shape \(3,\)"),
-    "reward: whole numbers": (check_reward, reward(np.zeros(3, dtype=int)), "have the dtype float64"),
-    "reward: infinite": (check_reward, reward(np.array([0.0, 1.0, np.inf])), "finite"),
-    "lengths: 64 bits": (check_msa, lengths(1, 2, 3, dtype=np.int64), "have the dtype int32"),
-    "lengths: too few": (check_msa, lengths(1, 2), r"have the shape \(3,\)"),
-    "lengths: no primitive moves": (check_msa, lengths(2, 1, 3), "must begin with 1"),
-    "lengths: no move": (check_msa, lengths(1, 0, 3), "at least one move"),
-    "lengths: twice": (check_msa, lengths(1, 3, 3), "must not hold a length twice"),
+    "reward: two": (check_reward, reward(np.zeros(2)), r"should give float64 of shape \(3,\), not"),
+    "reward: whole numbers": (check_reward, reward(np.zeros(3, dtype=int)), "should give float64 .* not int64"),
+    "reward: infinite": (check_reward, reward(np.array([0.0, 1.0, np.inf])), "it gives 0.0 to inf"),
+    "lengths: 64 bits": (check_msa, lengths(1, 2, 3, dtype=np.int64), "should give int32 .* not int64"),
+    "lengths: too few": (check_msa, lengths(1, 2), r"should give int32 of shape \(3,\), not"),
+    "lengths: no primitive actions": (check_msa, lengths(2, 1, 3), "should begin with 1"),
+    "lengths: no step": (check_msa, lengths(1, 0, 3), "all from 1 to 1000000; it gives 0 to 3"),
+    "lengths: twice": (check_msa, lengths(1, 3, 3), "should begin with 1 and hold every length once"),
 }
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_breach_is_named(name: str):
+def test_a_breach_is_reported(name: str):
     check, component, message = BROKEN[name]
     with pytest.raises(AssertionError, match=message):
         check(component)
