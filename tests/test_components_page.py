@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
-from tests.command_runner import SCRIPTS, Completed, environment
+from tests.command_runner import PATIENCE, SCRIPTS, Completed, environment
 
 PAGE = (Path(__file__).parents[1] / "docs" / "components.md").read_text(encoding="utf-8")
 BLOCKS = [(token.info.split(), token.content) for token in MarkdownIt().parse(PAGE) if token.type == "fence"]
@@ -40,7 +40,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(folder: Path, *words: str) -> Completed:
     program = str(SCRIPTS / words[0]) if words[0].startswith("rl-") else words[0]
     variables = environment(folder, TMPDIR=str(folder))
-    done = subprocess.run([program, *words[1:]], cwd=folder, env=variables, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [program, *words[1:]], cwd=folder, env=variables, capture_output=True, text=True, timeout=PATIENCE
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done
 

@@ -33,6 +33,7 @@ from rl_design_space.environment import ID, OrderedGoals
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from tests import reference
+from tests.command_runner import PATIENCE
 from tests.learning import strategies
 from tests.learning.plays import play_period
 from tests.misfits import misfit
@@ -341,7 +342,7 @@ def test_what_is_no_action_is_refused():
 
 def test_without_gymnasium_it_says_what_to_install():
     program = "import sys; sys.modules['gymnasium'] = None; import rl_design_space.environment"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (
         "rl_design_space.errors.ConfigError: "

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +9,7 @@ import yaml
 
 import rl_design_space
 from rl_design_space._paths import CONF
+from tests.command_runner import python
 
 ROOT = Path(__file__).parents[1]
 
@@ -20,10 +19,7 @@ HEAVY = {"gymnasium", "hydra", "omegaconf", "mlflow", "pandas", "seaborn", "matp
 def imported_by(statements: str) -> set[str]:
     """Top-level modules that a fresh interpreter holds after these statements."""
     program = f"import sys\n{statements}\nprint(*{{name.partition('.')[0] for name in sys.modules}})"
-    output = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout
-    return set(output.split())
+    return set(python(program, cwd=ROOT).split())
 
 
 @pytest.mark.parametrize("package", ["rl_design_space.design", "rl_design_space.learning"])

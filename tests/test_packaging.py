@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 import tomllib
 import zipfile
@@ -13,6 +12,7 @@ import pytest
 from packaging.requirements import Requirement
 
 from rl_design_space._paths import CONF
+from tests.command_runner import output_of
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -21,9 +21,7 @@ LOCKS = sorted(ROOT.glob("requirements*.txt"))
 
 
 def pip(*arguments: object) -> None:
-    command = [sys.executable, "-m", "pip", "--disable-pip-version-check", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    output_of(sys.executable, "-m", "pip", "--disable-pip-version-check", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -47,12 +45,8 @@ def python(installed: Path, tmp_path: Path):
     """Run Python in another folder, with the installed wheel before any other copy of the package."""
 
     def run(*arguments: str) -> str:
-        environment = {**os.environ, "PYTHONPATH": str(installed)}
-        done = subprocess.run(
-            [sys.executable, "-P", *arguments], cwd=tmp_path, env=environment, capture_output=True, text=True
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
+        variables = {**os.environ, "PYTHONPATH": str(installed)}
+        return output_of(sys.executable, "-P", *arguments, cwd=tmp_path, env=variables)
 
     return run
 

@@ -6,12 +6,11 @@ import csv
 import shlex
 import signal
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
-from tests.command_runner import Command, Completed, commands_in, runs, started
+from tests.command_runner import Command, Completed, commands_in, finished, next_line, runs, started, wait_until
 
 SMALL = ("task.periods=3", "task.trials=5")
 SMALL_TABLE = (*SMALL, "world.size=10,20", "task.goals=1")
@@ -38,7 +37,7 @@ class Endless(Torus):
     def next_cell(self):
         if self.size == 5 and threading.current_thread() is not threading.main_thread():  # which plans
             print("endless", file=sys.stderr, flush=True)
-            threading.Event().wait()
+            threading.Event().wait(600)
         return super().next_cell()
 """
 
@@ -214,16 +213,19 @@ def test_the_closing_table_leaves_nothing_out(failing: Completed):
 def test_an_interrupted_study_ends_as_killed_and_goes_on_later(default_run: Completed, command: Command, folder: Path):
     words = ("study=table4", *SMALL, *OWN, "task.goals=1", "world.size=5,6", "outputs=out", "threads=1")
     process = started(folder, *words, "world._target_=mine.Endless")
-    assert process.stderr.readline() == "endless\n"
+    assert next_line(process, "stderr") == "endless\n"
+
+    def recorded() -> list[tuple[str, str]]:
+        return [run for run in runs(folder) if "mine.Endless" in run[0]]
+
     # The larger one was learned before; it may take a moment to be recorded.
-    while not (recorded := [run for run in runs(folder) if "mine.Endless" in run[0] and run[1] == "FINISHED"]):
-        time.sleep(0.05)
+    wait_until(lambda: "FINISHED" in dict(recorded()).values(), process)
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 130, out + err
+    done = finished(process)
+    err = done.stderr
+    assert done.returncode == 130, done.stdout + err
     assert err.splitlines()[-1].startswith("interrupted; the same command goes on")
     assert "Traceback" not in err
     assert runs(folder, "sweeps")[-1] == ("table4", "KILLED")
     # What was learned before is kept.
-    assert [run for run in runs(folder) if "mine.Endless" in run[0]] == recorded
-    assert len(recorded) == 1
+    assert [status for _, status in recorded()] == ["FINISHED"]

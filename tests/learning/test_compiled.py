@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.command_runner import Completed, finished
+
 PACKAGE = Path(__file__).parents[2] / "rl_design_space"
 
 # A tour of two moves along a corridor, and how many signatures were compiled rather than loaded.
@@ -23,7 +25,7 @@ print(tours.tolist(), sum(optimum._tours.stats.cache_misses.values()))
 """
 COMPILED, LOADED = "[2] 1", "[2] 0"
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
+Run = Callable[..., Completed]
 
 
 @pytest.fixture
@@ -52,10 +54,10 @@ def _started(program: str, root: Path, cache: Path) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
-def _finished(process: subprocess.Popen[str]) -> subprocess.CompletedProcess[str]:
-    output, errors = process.communicate()
-    assert process.returncode == 0, errors
-    return subprocess.CompletedProcess(process.args, process.returncode, output.strip(), errors)
+def _finished(process: subprocess.Popen[str]) -> Completed:
+    done = finished(process)
+    assert done.returncode == 0, done.stderr
+    return Completed(done.args, done.returncode, done.stdout.strip(), done.stderr)
 
 
 def kept(cache: Path) -> set[Path]:

@@ -63,12 +63,12 @@ def test_nothing_at_the_moment_is_not_the_end():
 
 def test_threads_without_a_point_help_the_others(monkeypatch: pytest.MonkeyPatch):
     # A thread that has joined a point waits at the first share until another has joined, too: alone it would never end.
-    both, helpers = threading.Barrier(2, timeout=30), set()
+    both, helpers = threading.Barrier(2), set()
     work = simulation.Learning._work
 
     def together(self: simulation.Learning) -> None:
         helpers.add(threading.current_thread().name)
-        both.wait()
+        both.wait(timeout=30)
         work(self)
 
     monkeypatch.setattr(simulation.Learning, "_work", together)

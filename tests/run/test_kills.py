@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.command_runner import finished
 from tests.run.kills import Store, killed_until_done, start
 
 POINTS = 60
@@ -34,16 +35,15 @@ def test_killed_sweeps_lose_no_point_and_double_none(tmp_path: Path):
 @pytest.mark.parametrize("new", [True, False], ids=["new store", "old store"])
 def test_two_sweeps_at_once_share_the_points(tmp_path: Path, new: bool):
     if not new:
-        _, err = start(tmp_path, "task.periods=2", "seed=1").communicate(timeout=120)
-        assert err == ""
+        assert finished(start(tmp_path, "task.periods=2", "seed=1")).stderr == ""
     both = [start(tmp_path, *TINY) for _ in range(2)]
-    ended = [process.communicate(timeout=120) for process in both]
-    assert [process.returncode for process in both] == [0, 0], ended
+    ended = [finished(process) for process in both]
+    assert [done.returncode for done in ended] == [0, 0], ended
     store = stored(tmp_path)
     expected = POINTS + (not new)
     assert len(store.finished()) == expected
     assert store.statuses() == {"FINISHED": expected}
     # Each says of all points what became of them, and together they have learned each once.
-    learned = [int(out.split(" learned now")[0].split()[-1]) for out, _ in ended]
+    learned = [int(done.stdout.split(" learned now")[0].split()[-1]) for done in ended]
     assert sum(learned) == POINTS
-    assert all(f"sweep: {POINTS} points" in out and "0 failed" in out for out, _ in ended)
+    assert all(f"sweep: {POINTS} points" in done.stdout and "0 failed" in done.stdout for done in ended)

@@ -15,7 +15,7 @@ from time import sleep
 
 import pytest
 
-from tests.command_runner import SCRIPTS, commands_in, environment
+from tests.command_runner import PATIENCE, SCRIPTS, commands_in, environment, finished, output_of, wait_until
 from tests.run.kills import Store
 from tests.tracking.faults import Sabotage
 from tests.tracking.stores import copy_database
@@ -95,14 +95,13 @@ def test_a_locked_database_is_waited_for(folder: Path):
         text=True,
     )
     store = Store(folder / "out" / "mlflow.db")
-    while not store.statuses() and process.poll() is None:
-        sleep(0.01)
+    wait_until(store.statuses, process)
     with closing(sqlite3.connect(store.database, isolation_level=None, timeout=30)) as other:
         other.execute("BEGIN EXCLUSIVE")
         sleep(6)
         other.execute("ROLLBACK")
-    said, _ = process.communicate(timeout=100)
-    assert process.returncode == 0, said
+    done = finished(process)
+    assert done.returncode == 0, done.stdout
     check(folder)
 
 
@@ -115,8 +114,8 @@ def test_two_sweeps_may_create_a_store_at_the_same_moment(tmp_path: Path):
         for _ in range(2)
     ]
     for process in both:
-        said, err = process.communicate(timeout=120)
-        assert process.returncode == 0, said + err
+        done = finished(process)
+        assert done.returncode == 0, done.stdout + done.stderr
     check(tmp_path)
 
 
@@ -141,13 +140,13 @@ def small_disk(tmp_path: Path, empty_database: Path) -> Iterator[Path]:
     """A folder whose outputs lie on a file system of their own, with a file that fills it but for a few kB."""
     (tmp_path / "out").mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=24m", "none", str(tmp_path / "out")]
-    if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True).returncode:
+    if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True, timeout=PATIENCE).returncode:
         pytest.skip("needs the right to mount a small file system")
     try:
         copy_database(empty_database, tmp_path / "out" / "mlflow.db")
         yield tmp_path
     finally:
-        subprocess.run(["umount", "--lazy", str(tmp_path / "out")], check=True)
+        output_of("umount", "--lazy", tmp_path / "out")
 
 
 def fill(folder: Path, left: int = 40_960) -> Path:
@@ -168,7 +167,7 @@ def test_a_full_disk_is_waited_for(small_disk: Path):
     thread = Thread(target=lambda: (sleep(12), filler.unlink()))
     thread.start()
     done = commands_in(small_disk)("rl-design-space", *SWEEP[:-1])
-    thread.join()
+    thread.join(PATIENCE)
     check(small_disk)
     assert "3 learned now" in done.stdout
 

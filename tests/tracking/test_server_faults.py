@@ -9,12 +9,12 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from threading import Thread
-from time import monotonic, sleep
+from time import sleep
 
 import pytest
 import requests
 
-from tests.command_runner import SCRIPTS, Completed, commands_in, environment
+from tests.command_runner import PATIENCE, SCRIPTS, Completed, commands_in, environment, finished, wait_until
 from tests.servers import MlflowServer, Postgres, needs_postgres
 from tests.service import free_port
 from tests.tracking.stores import import_mlflow
@@ -96,9 +96,7 @@ def test_a_server_that_is_killed_and_started_again_gets_every_point_once(
     struck = []
 
     def strike() -> None:
-        deadline = monotonic() + 60
-        while not 2 <= len(recorded.runs()) < 20 and monotonic() < deadline:
-            sleep(0.02)
+        wait_until(lambda: 2 <= len(recorded.runs()) < 20)
         struck.append(len(recorded.runs()))
         mlflow_server.kill()
         sleep(2)
@@ -110,7 +108,7 @@ def test_a_server_that_is_killed_and_started_again_gets_every_point_once(
         seeds = ",".join(map(str, range(20)))
         done = command(*TINY, f"seed={seeds}", "tracking.patience=60", *at(mlflow_server.uri, "killed"))
     finally:
-        thread.join()
+        thread.join(PATIENCE)
     assert 0 < struck[0] < 20
     assert "20 learned now" in done.stdout
     recorded.check(20)
@@ -222,8 +220,8 @@ def test_postgresql_without_a_server(postgres: Postgres, command, tmp_path: Path
         for seed in (1, 2)
     ]  # fmt: skip
     for process in both:
-        said, _ = process.communicate(timeout=100)
-        assert process.returncode == 0, said
+        done = finished(process)
+        assert done.returncode == 0, done.stdout
     done = command(*TINY, SEEDS, *store, PGPASSWORD=password)
     assert "1 learned now, 2 before" in done.stdout
     monkeypatch.setenv("PGPASSWORD", password)
