@@ -72,14 +72,16 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    """Import the public names when they are first used, so that importing a small part stays fast."""
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(f"rl_design_space.{_HOME.get(name, 'design')}"), name)
-    if name == "DesignPoint":
-        found.from_overrides = classmethod(_from_overrides)
-    return found
+if not TYPE_CHECKING:  # a type checker would take any name, also a mistyped one, for a public name
+
+    def __getattr__(name: str) -> Any:
+        """Import the public names when they are first used, so that importing a small part stays fast."""
+        if name not in __all__:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        found = getattr(import_module(f"rl_design_space.{_HOME.get(name, 'design')}"), name)
+        if name == "DesignPoint":
+            found.from_overrides = classmethod(_from_overrides)
+        return found
 
 
 def _from_overrides(cls: type, overrides: Sequence[str] = (), config_dir: str | Path | None = None) -> DesignPoint:
