@@ -22,7 +22,7 @@ import pandas as pd
 
 from benchmarks.processes import run
 from benchmarks.tables import number
-from rl_design_space.learning.names import CURVES
+from rl_design_space.learning.measures import CURVES
 from rl_design_space.tracking import MlflowTracking
 from rl_design_space.tracking.cache import cache_file
 from rl_design_space.tracking.connection import analyze

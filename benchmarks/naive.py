@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import rl_design_space as rds
-from rl_design_space.learning.names import CURVES
+from rl_design_space.learning.measures import CURVES
 from rl_design_space.plan.describe import resolved_config
 from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking.connection import configure_mlflow
@@ -33,7 +33,7 @@ def main() -> None:
         with mlflow.start_run():
             for name, value in params(planned).items():
                 mlflow.log_param(name, value)
-            for name, number in curves.scalars(planned.point.world.shape).items():
+            for name, number in curves.scalars().items():
                 mlflow.log_metric(name, number)
             for name in CURVES:
                 for trial, number in enumerate(curves.curves[name].tolist()):

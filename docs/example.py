@@ -32,7 +32,7 @@ def table(curves: dict[str, rds.LearningCurves]) -> pd.DataFrame:
     rows = {}
     for name, learned in curves.items():
         total = mean_estimate(learned.total_steps)
-        scalars = learned.scalars(BASE.world.shape)
+        scalars = learned.scalars()
         rows[name] = {
             "total steps": f"{total.value:,.0f}",
             "95 % interval": f"{total.low:,.0f} to {total.high:,.0f}",

@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.measures import Recorded
 from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval, resample_weights
-from rl_design_space.learning.result import FINAL_TRIALS
+from rl_design_space.learning.measures import Measure
+from rl_design_space.learning.result import LearningCurves
 
 #: Every choice of a point by its name; one that an option does not have is not in it.
 Parameters = Mapping[str, Any]
-
-#: Of the periods of a run, one number each, whose mean is the scalar of that name.
-PER_PERIOD: dict[str, Callable[[Recorded], FloatArray]] = {
-    "total_steps": lambda recorded: recorded.steps.sum(axis=1, dtype=np.float64),
-    "failed_trials": lambda recorded: 1 - np.asarray(recorded.success.mean(axis=1), np.float64),
-    "failed_periods": lambda recorded: 1 - np.asarray(recorded.success.all(axis=1), np.float64),
-    "final_steps_over_optimum": lambda recorded: np.asarray(
-        recorded.over_optimum[:, -FINAL_TRIALS:].mean(axis=1), np.float64
-    ),
-}
 
 
 def differing(points: Sequence[Parameters], beside: Collection[str] = ()) -> list[str]:
@@ -75,3 +65,26 @@ def resampled_means(runs: Sequence[FloatArray], strata: Sequence[Hashable]) -> F
     parts = [resample_weights(len(total), seed) @ total for seed, total in enumerate(sums.values())]
     mean: FloatArray = np.sum(parts, axis=0) / len(runs)
     return mean
+
+
+def estimate(measured: Measure, runs: Sequence[LearningCurves], strata: Sequence[Hashable]) -> Estimate:
+    """Return the mean of a measure over runs, with its 95 % bootstrap interval over periods.
+
+    Args:
+        measured: the measure.
+        runs: results of the runs.
+        strata: of each run; periods of one stratum met the same layouts and are resampled together.
+    """
+    each = [values for run in runs if (values := measured.each(run)) is not None]
+    if each:
+        return mean_of_runs(each, strata)
+    seeds = {stratum: seed for seed, stratum in enumerate(dict.fromkeys(strata))}
+    value = np.mean([measured.samples(run, np.full((1, len(run.steps)), 1 / len(run.steps))) for run in runs])
+    if min(len(run.steps) for run in runs) < 2:
+        return Estimate(float(value), np.nan, np.nan)
+    resampled = [
+        measured.samples(run, resample_weights(len(run.steps), seeds[stratum]))
+        for run, stratum in zip(runs, strata, strict=True)
+    ]
+    low, high = percentile_interval(np.mean(resampled, axis=0))
+    return Estimate(float(value), float(low), float(high))

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.analysis.measures import Recorded, measure
 from rl_design_space.analysis.statistics import mean_estimate, percentile_interval, resample_weights
 from rl_design_space.design import World
+from rl_design_space.learning.measures import measure
+from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.ways import reached_from
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-def curve_frame(recorded: Recorded) -> pd.DataFrame:
+def curve_frame(recorded: LearningCurves) -> pd.DataFrame:
     """One row a trial: how many steps it takes, over periods.
 
     Returns:
@@ -42,17 +43,19 @@ def curve_frame(recorded: Recorded) -> pd.DataFrame:
     )
 
 
-def curve_summary(recorded: Recorded) -> dict[str, float]:
+def curve_summary(recorded: LearningCurves) -> dict[str, float]:
     """The numbers that sum a curve up, those of means with their 95 % intervals."""
     equal = np.full((1, len(recorded.steps)), 1 / len(recorded.steps))
-    total = mean_estimate(recorded.steps.sum(axis=1, dtype=np.float64))
-    failed = mean_estimate(1 - recorded.success.mean(axis=1))
-    final = mean_estimate(recorded.over_optimum[:, -10:].mean(axis=1))
+    total, failed, final = (
+        mean_estimate(each)
+        for name in ("total_steps", "failed_trials", "final_steps_over_optimum")
+        if (each := measure(name).each(recorded)) is not None
+    )
     return {
         "total_steps": total.value,
         "total_low": total.low,
         "total_high": total.high,
-        "trials_to_final": float(measure("trials_to_final", recorded, equal)[0]),
+        "trials_to_final": float(measure("trials_to_final").samples(recorded, equal)[0]),
         "final_over_optimum": final.value,
         "final_low": final.low,
         "final_high": final.high,

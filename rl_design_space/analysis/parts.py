@@ -17,9 +17,10 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.claims import Tested, exact, in_range
-from rl_design_space.analysis.measures import MEANINGS, Recorded, measure
 from rl_design_space.analysis.statistics import resample_weights
 from rl_design_space.design import Representation, Torus, World, cell_count
+from rl_design_space.learning.measures import ALIASES, MEASURES, measure
+from rl_design_space.learning.result import LearningCurves
 
 Where = dict[str, Any]
 EVEN, ODD = slice(0, None, 2), slice(1, None, 2)
@@ -28,7 +29,7 @@ EVEN, ODD = slice(0, None, 2), slice(1, None, 2)
 class Data(Protocol):
     """Recorded points by the values of their parameters."""
 
-    def one(self, where: Where) -> Recorded:
+    def one(self, where: Where) -> LearningCurves:
         """The only point with these values.
 
         Raises:
@@ -36,7 +37,7 @@ class Data(Protocol):
         """
         ...
 
-    def by(self, where: Where, parameter: str) -> Mapping[Any, Recorded]:
+    def by(self, where: Where, parameter: str) -> Mapping[Any, LearningCurves]:
         """All points with these values, by their value of one more parameter.
 
         Raises:
@@ -58,8 +59,8 @@ class Part(Protocol):
 
 
 def _known_measure(name: str) -> str:
-    if name not in MEANINGS:
-        raise ValueError(f"should be among {', '.join(MEANINGS)}")
+    if name not in (*MEASURES, *ALIASES):
+        raise ValueError(f"should be among {', '.join(MEASURES)}")
     return name
 
 
@@ -97,7 +98,7 @@ class Level(_Ranged):
 
     Attributes:
         point: its values.
-        measure: of `analysis.measures`.
+        measure: of `learning.measures`.
     """
 
     point: _Choice
@@ -105,7 +106,7 @@ class Level(_Ranged):
 
     def test(self, data: Data) -> Tested:
         recorded = data.one(self.point)
-        return self._tested(*(measure(self.measure, recorded, weights) for weights in _weights(recorded)))
+        return self._tested(*(measure(self.measure).samples(recorded, weights) for weights in _weights(recorded)))
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -115,7 +116,7 @@ class _OfTwo(_Ranged):
     Attributes:
         point: values of the one.
         to: values of the other.
-        measure: of `analysis.measures`.
+        measure: of `learning.measures`.
     """
 
     point: _Choice
@@ -126,7 +127,7 @@ class _OfTwo(_Ranged):
         one, other = data.one(self.point), data.one(self.to)
         return self._tested(*(self._compared(one, other, weights) for weights in _weights(one)))
 
-    def _compared(self, one: Recorded, other: Recorded, weights: FloatArray) -> FloatArray:
+    def _compared(self, one: LearningCurves, other: LearningCurves, weights: FloatArray) -> FloatArray:
         raise NotImplementedError
 
 
@@ -134,7 +135,7 @@ class _OfTwo(_Ranged):
 class Ratio(_OfTwo):
     """A measure of one point over that of another; see `_OfTwo`."""
 
-    def _compared(self, one: Recorded, other: Recorded, weights: FloatArray) -> FloatArray:
+    def _compared(self, one: LearningCurves, other: LearningCurves, weights: FloatArray) -> FloatArray:
         return _over(self.measure, one, other, weights)
 
 
@@ -142,8 +143,8 @@ class Ratio(_OfTwo):
 class Difference(_OfTwo):
     """A measure of one point minus that of another; see `_OfTwo`."""
 
-    def _compared(self, one: Recorded, other: Recorded, weights: FloatArray) -> FloatArray:
-        return measure(self.measure, one, weights) - measure(self.measure, other, weights)
+    def _compared(self, one: LearningCurves, other: LearningCurves, weights: FloatArray) -> FloatArray:
+        return measure(self.measure).samples(one, weights) - measure(self.measure).samples(other, weights)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -154,7 +155,7 @@ class ExpectedOverBest(_Ranged):
         among: what all the points have in common.
         parameter: in which they differ.
         expected: the value said to be the best.
-        measure: of `analysis.measures`; the least is the best.
+        measure: of `learning.measures`; the least is the best.
     """
 
     among: _Choice
@@ -180,7 +181,7 @@ class BestOverBest(_Ranged):
         parameter: in which they differ.
         to: what the others have in common.
         to_parameter: in which they differ; as the ones if left out.
-        measure: of `analysis.measures`; the least is the best.
+        measure: of `learning.measures`; the least is the best.
     """
 
     among: _Choice
@@ -206,7 +207,7 @@ class ExplorationOverExploration(_Ranged):
         among: what the ones have in common.
         to: what the others have in common.
         parameter: of the schedule, in which they differ.
-        measure: of `analysis.measures`; the least is the best.
+        measure: of `learning.measures`; the least is the best.
     """
 
     among: _Choice
@@ -219,8 +220,8 @@ class ExplorationOverExploration(_Ranged):
         some = next(iter(ones.values()))
         return self._tested(*(self._exploration(ones, w) / self._exploration(others, w) for w in _weights(some)))
 
-    def _exploration(self, points: Mapping[Any, Recorded], weights: FloatArray) -> FloatArray:
-        measures = np.array([measure(self.measure, recorded, weights) for recorded in points.values()])
+    def _exploration(self, points: Mapping[Any, LearningCurves], weights: FloatArray) -> FloatArray:
+        measures = np.array([measure(self.measure).samples(recorded, weights) for recorded in points.values()])
         exploration = np.array([recorded.epsilon.sum() for recorded in points.values()])
         chosen: FloatArray = exploration[measures.argmin(axis=0)]
         return chosen
@@ -247,23 +248,23 @@ class KnownObservations(_Ranged):
         return set(np.unique(self.representation.observation(world, goals)).tolist())
 
 
-def _over(name: str, one: Recorded, other: Recorded, weights: FloatArray) -> FloatArray:
+def _over(name: str, one: LearningCurves, other: LearningCurves, weights: FloatArray) -> FloatArray:
     """A measure of one point over that of another; NaN where both are 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio: FloatArray = measure(name, one, weights) / measure(name, other, weights)
+        ratio: FloatArray = measure(name).samples(one, weights) / measure(name).samples(other, weights)
     return ratio
 
 
-def _best(points: Mapping[Any, Recorded], name: str) -> Any:
+def _best(points: Mapping[Any, LearningCurves], name: str) -> Any:
     """The value of a parameter with the least measure on the periods of even number."""
     return min(points, key=lambda value: _value(name, points[value]))
 
 
-def _value(name: str, recorded: Recorded) -> float:
-    return float(measure(name, recorded, _equal(len(recorded.steps), EVEN))[0])
+def _value(name: str, recorded: LearningCurves) -> float:
+    return float(measure(name).samples(recorded, _equal(len(recorded.steps), EVEN))[0])
 
 
-def _weights(recorded: Recorded, half: slice | None = None) -> tuple[FloatArray, FloatArray]:
+def _weights(recorded: LearningCurves, half: slice | None = None) -> tuple[FloatArray, FloatArray]:
     """Equal weights of the periods, and those of resamples; of one half of them only, if asked for."""
     periods = len(recorded.steps)
     if half is None:

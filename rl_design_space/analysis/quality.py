@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.measures import NEAR, Recorded
 from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval, share_estimate
-from rl_design_space.learning.result import FINAL_TRIALS
+from rl_design_space.learning.measures import FINAL_TRIALS, NEAR, converged
+from rl_design_space.learning.result import LearningCurves
 
 #: Medians have no weighted mean to resample, so whole periods are drawn.
 _RESAMPLES = 2000
@@ -37,13 +37,13 @@ class Quality:
     exploration: Estimate
 
 
-def quality(schedules: Mapping[str, Recorded]) -> Quality:
+def quality(schedules: Mapping[str, LearningCurves]) -> Quality:
     """What the points of one representation with different schedules say of it.
 
     Args:
         schedules: recorded points by a name of their schedule; the one with the least total steps is the best.
     """
-    totals = np.array([recorded.steps.sum(axis=1, dtype=np.float64) for recorded in schedules.values()])
+    totals = np.array([recorded.total_steps for recorded in schedules.values()])
     exploration = np.array([recorded.epsilon.sum() for recorded in schedules.values()])
     chosen = int(totals[:, 0::2].mean(axis=1).argmin())
     name, recorded = list(schedules.items())[chosen]
@@ -64,14 +64,13 @@ def quality(schedules: Mapping[str, Recorded]) -> Quality:
 
 def _speed(steps: NDArray[Any], rng: np.random.Generator) -> Estimate:
     drawn = rng.integers(len(steps), size=(_RESAMPLES, len(steps)))
-    samples = np.array([_settled(np.median(steps[rows], axis=0)) for rows in drawn])
-    return _estimate(_settled(np.median(steps, axis=0)), samples)
+    samples = np.array([_converged(np.median(steps[rows], axis=0)) for rows in drawn])
+    return _estimate(_converged(np.median(steps, axis=0)), samples)
 
 
-def _settled(curve: FloatArray) -> float:
-    """The first trial from which on a curve stays near its final level."""
-    away = np.flatnonzero(curve > NEAR * np.median(curve[-FINAL_TRIALS:]))
-    return float(away[-1] + 1) if len(away) else 0.0
+def _converged(curve: FloatArray) -> float:
+    """Return the first trial from which on a curve stays near its final level."""
+    return float(converged(curve, np.median(curve[-FINAL_TRIALS:], keepdims=True)))
 
 
 def _estimate(value: float, samples: FloatArray) -> Estimate:

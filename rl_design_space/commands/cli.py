@@ -103,7 +103,7 @@ def _keep_options_in_one_copy() -> None:
 
 
 def _run_point(config: DictConfig, invocation: Invocation) -> float:
-    from rl_design_space.commands.terminal import awaiting_line, console, point_table
+    from rl_design_space.commands.terminal import console, pending_line, point_table
     from rl_design_space.plan.planner import plan_composed
     from rl_design_space.run.objective import objective_value
     from rl_design_space.run.runner import run_point
@@ -121,12 +121,12 @@ def _run_point(config: DictConfig, invocation: Invocation) -> float:
         settings.threads,
         lambda: console.print("another process is at this point; waiting for it"),
     )
-    settled = tracker.settle()
+    delivery = tracker.wait_for_delivery()
     stored = tracker.finished([planned.fingerprint]).get(planned.fingerprint, stored)
     console.print(point_table(planned, stored, tracker.location, learned))
-    if settled.lost:
-        raise RuntimeError(f"its record {settled.lost[planned.fingerprint]}")
-    if settled.awaiting:
-        console.print(awaiting_line(settled, tracker), markup=False, soft_wrap=True)
+    if delivery.lost:
+        raise RuntimeError(f"its record {delivery.lost[planned.fingerprint]}")
+    if delivery.pending:
+        console.print(pending_line(delivery, tracker), markup=False, soft_wrap=True)
         invocation.undelivered = True
     return objective_value(settings.objective, stored.scalars)

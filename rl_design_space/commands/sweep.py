@@ -74,7 +74,7 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
         ConfigError: a value of a point is not allowed, or a setting differs from job to job.
     """
     from rl_design_space.commands.progress import Display
-    from rl_design_space.commands.terminal import awaiting_line, console, failure_table
+    from rl_design_space.commands.terminal import console, failure_table, pending_line
 
     invocation = current_invocation()
     invocation.jobs += len(job_overrides)
@@ -95,9 +95,9 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
     if outcome.failed:
         console.print(failure_table(plan, outcome.failed))
     # The records of earlier jobs are awaited as well.
-    invocation.undelivered = bool(outcome.settled.awaiting)
+    invocation.undelivered = bool(outcome.delivery.pending)
     if invocation.undelivered:
-        console.print(awaiting_line(outcome.settled, tracker), markup=False, soft_wrap=True)
+        console.print(pending_line(outcome.delivery, tracker), markup=False, soft_wrap=True)
     for fingerprint, run in outcome.stored.items():
         objectives.values.setdefault(fingerprint, objective_value(settings.objective, run.scalars))
     return [_job_return(planned, objectives.values, outcome) for planned in jobs]
@@ -119,7 +119,7 @@ class _Objectives:
 
     def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         if isinstance(result, LearningCurves):
-            scalars = result.scalars(planned.point.world.shape)
+            scalars = result.scalars()
             self.values[planned.fingerprint] = objective_value(self._objective, scalars)
         self.display.ended(planned, result)
 
@@ -218,20 +218,20 @@ def _run_as_jobs(plan: Plan, found: Missing, tracker: Tracker, launcher: Launche
                     outcome.failed[planned.fingerprint] = describe_error(error)
             outcome.stored |= tracker.finished([planned.fingerprint for planned in found.points])
             add_studies(plan, outcome.stored, tracker)
-    outcome.settled = tracker.settle()
+    outcome.delivery = tracker.wait_for_delivery()
     return outcome
 
 
 def _close(plan: Plan, outcome: Outcome, tracker: Tracker, command: str) -> None:
     """Say what became of a sweep; its exit status is 1 if a point failed, or the store does not have all."""
-    from rl_design_space.commands.terminal import awaiting_line, console, failure_table, outcome_line
+    from rl_design_space.commands.terminal import console, failure_table, outcome_line, pending_line
 
     console.print(outcome_line(plan, outcome, tracker.location), markup=False, soft_wrap=True)
     if outcome.failed:
         console.print(failure_table(plan, outcome.failed))
         if outcome.counts["left"]:
             console.print(f"stopped at the first failure; this goes on: {command}", markup=False, soft_wrap=True)
-    if outcome.settled.awaiting:
-        console.print(awaiting_line(outcome.settled, tracker), markup=False, soft_wrap=True)
-    if outcome.failed or outcome.settled.awaiting:
+    if outcome.delivery.pending:
+        console.print(pending_line(outcome.delivery, tracker), markup=False, soft_wrap=True)
+    if outcome.failed or outcome.delivery.pending:
         sys.exit(1)

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.runner import Outcome
-from rl_design_space.tracking.tracker import Settled, StoredRun, Tracker
+from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, Tracker
 
 console = Console(highlight=False)
 #: Half the width of a 95 % interval, in standard errors.
@@ -87,11 +87,11 @@ def outcome_line(plan: Plan, outcome: Outcome, location: str) -> str:
     return f"{plan.name}: {counted(len(plan), 'point')}, {', '.join(parts)}; in {location} ({spent})"
 
 
-def awaiting_line(settled: Settled, tracker: Tracker) -> str:
+def pending_line(delivery: DeliveryStatus, tracker: Tracker) -> str:
     """How many results the store does not have, why, and what to do about it."""
-    results = counted(settled.awaiting, "result")
+    results = counted(delivery.pending, "result")
     return (
-        f"{results} of this and earlier commands safe on disk, not yet in {tracker.location}: {settled.why}\n"
+        f"{results} of this and earlier commands safe on disk, not yet in {tracker.location}: {delivery.reason}\n"
         "to deliver when it is back: rl-design-space sync"
     )
 

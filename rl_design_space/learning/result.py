@@ -1,21 +1,30 @@
-"""What a design point yields: steps of every trial of every period, and what is read off them."""
+"""The result of learning a design point: steps of every trial of every period, and what is read off them."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.learning.archive import read_arrays, write_arrays
+from rl_design_space.learning.measures import FINAL_TRIALS, MEASURES, SCALARS
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Trials at the end of a period that stand for the final policy.
-FINAL_TRIALS = 10
+    from rl_design_space.design import DesignPoint
+
+#: What a file keeps of a result: everything, or the learning curves alone.
+Kept = Literal["periods", "curves"]
+#: What the names of learning curves begin with in a file.
+_CURVE = "curve:"
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,13 +32,14 @@ class LearningCurves:
     """The learning curves of one design point, all periods apart.
 
     Attributes:
-        steps: (periods, trials) int32, primitive moves until the final goal; the step cap where it was missed.
+        steps: (periods, trials) int32, steps until the final goal; the step cap where it was missed.
         success: (periods, trials) bool, whether the final goal was reached.
-        optimum: (periods,) int32, fewest moves possible.
-        rows: (periods, 2) int32, rows of the Q-matrix, one an observation that a period can meet, and those of them
-            that anything was learned for: an action has another value than at the start.
+        optimum: (periods,) int32, fewest steps possible.
+        rows: (periods, 2) int32, rows of the Q-matrix, one for each observation that a period can meet, and those of
+            them that anything was learned for: an action has another value than at the start.
         epsilon: (trials,) float64, the exploration schedule.
-        seconds: wall time of learning.
+        seconds: wall time of learning; NaN if it was not kept.
+        known_point: see `point`; None where the components of the point cannot be built.
     """
 
     steps: NDArray[np.int32]
@@ -37,33 +47,51 @@ class LearningCurves:
     optimum: NDArray[np.int32]
     rows: NDArray[np.int32]
     epsilon: FloatArray
-    seconds: float
+    seconds: float = math.nan
+    known_point: DesignPoint | None = None
+
+    @property
+    def point(self) -> DesignPoint:
+        """The design point that was learned.
+
+        Raises:
+            LookupError: the result was loaded without it.
+        """
+        if self.known_point is None:
+            raise LookupError("this result was loaded without its design point")
+        return self.known_point
 
     def __repr__(self) -> str:
         periods, trials = self.steps.shape
-        error = f" ± {self.total_steps.std(ddof=1) / np.sqrt(periods):,.0f} (standard error)" if periods > 1 else ""
+        error = f" ± {self._standard_error:,.0f} (standard error)" if periods > 1 else ""
         solved = int(self.success.all(axis=1).sum())
-        last = min(FINAL_TRIALS, trials)
+        final = MEASURES["final_steps_over_optimum"].each(self)
+        assert final is not None
         lines = (
             f"LearningCurves of {periods} periods × {trials} trials",
             f"  total steps   {self.total_steps.mean():,.0f}{error} a period",
             f"  success       {self.success.mean():.2%} of trials; every trial in {solved} of {periods} periods",
-            f"  final policy  {self.over_optimum[-FINAL_TRIALS:].mean():.2f} × the optimum, last {last} trials",
+            f"  final policy  {final.mean():.2f} × the optimum, last {min(FINAL_TRIALS, trials)} trials",
             f"  seconds       {self.seconds:.3f}",
         )
         return "\n".join(lines)
 
     @cached_property
     def total_steps(self) -> FloatArray:
-        """(periods,) primitive moves of a whole period, failed trials included at the step cap."""
+        """(periods,) steps of a whole period, failed trials included at the step cap."""
         total: FloatArray = self.steps.sum(axis=1, dtype=np.float64)
         return total
 
-    @property
+    @cached_property
     def over_optimum(self) -> FloatArray:
-        """(trials,) mean over periods of steps / optimum."""
-        ratio: FloatArray = (self.steps / self.optimum[:, np.newaxis]).mean(axis=0)
+        """(periods, trials) steps / optimum."""
+        ratio: FloatArray = self.steps / self.optimum[:, np.newaxis]
         return ratio
+
+    @property
+    def side(self) -> float:
+        """Cells along each side of the grid; NaN if it is not square, or the point is not known."""
+        return _side(self.known_point.world.shape) if self.known_point else math.nan
 
     @cached_property
     def curves(self) -> dict[str, FloatArray]:
@@ -74,16 +102,16 @@ class LearningCurves:
             "steps/median": median,
             "steps/q10": q10,
             "steps/q90": q90,
-            "steps/over_optimum": self.over_optimum,
+            "steps/over_optimum": self.over_optimum.mean(axis=0),
             "success_rate": self.success.mean(axis=0),
             "epsilon": self.epsilon,
         }
 
     def to_frame(self, *, periods: bool = False) -> pd.DataFrame:
-        """A tidy frame.
+        """Return a tidy frame.
 
         Args:
-            periods: one row a period and trial, instead of one row a trial.
+            periods: one row for each period and trial, instead of one for each trial.
 
         Returns:
             trial and every learning curve by its name; or period, trial, steps, success, the period's optimum, and
@@ -106,35 +134,93 @@ class LearningCurves:
             }
         )
 
-    def scalars(self, shape: tuple[int, int]) -> dict[str, float]:
-        """The numbers that sum a point up; those that do not exist (a sem of one period) are left out.
+    def scalars(self, shape: tuple[int, int] | None = None) -> dict[str, float]:
+        """Return the numbers that are recorded of a point; those that do not exist are left out.
 
         Args:
-            shape: of the world, cells along x and y.
+            shape: of the world, cells along x and y; that of the point if None.
 
         Returns:
-            total_steps: mean over periods of the primitive moves of all trials.
-            total_steps_sem: its standard error.
-            total_steps_scaled: total_steps · 10/d, moves of equal length on square grids of any size d (Table 4).
+            total_steps: mean over periods of the steps of all trials.
+            total_steps_sem: its standard error; not of one period.
+            total_steps_scaled: total_steps · 10/d, steps of equal length on square grids of any size d (Table 4).
             failed_trials, failed_periods: share of trials, and of periods with a trial, that missed the final goal.
             final_steps_over_optimum: mean of steps / optimum over the last `FINAL_TRIALS` trials.
-            env_steps_per_second: primitive moves learned a second.
+            env_steps_per_second: steps learned a second.
         """
-        periods = len(self.steps)
-        values = {
-            "total_steps": self.total_steps.mean(),
-            "failed_trials": 1 - self.success.mean(),
-            "failed_periods": 1 - self.success.all(axis=1).mean(),
-            "final_steps_over_optimum": self.over_optimum[-FINAL_TRIALS:].mean(),
-            "env_steps_per_second": self.total_steps.sum() / self.seconds,
+        values = {"env_steps_per_second": float(self.total_steps.sum() / self.seconds)}
+        if len(self.steps) > 1:
+            values["total_steps_sem"] = self._standard_error
+        side = self.side if shape is None else _side(shape)
+        for name in MEASURES.keys() & set(SCALARS):
+            each = MEASURES[name].each(self)
+            assert each is not None
+            values[name] = float(each.mean())
+        values["total_steps_scaled"] = values["total_steps"] * 10 / side
+        return {name: values[name] for name in SCALARS if name in values and not math.isnan(values[name])}
+
+    def save(self, file: Path | BinaryIO, *, keep: Kept = "periods", compress: bool = True) -> None:
+        """Write the result as an .npz file, the same bytes for the same result; without its point and its seconds.
+
+        Args:
+            file: path or open file.
+            keep: `periods` for everything; `curves` for the learning curves alone, which cannot be loaded again.
+            compress: whether to spend processor time on a smaller file: learning curves are written, too, and all
+                arrays are deflated.
+        """
+        periods: dict[str, NDArray[Any]] = {
+            "steps": _narrow(self.steps),
+            "success": self.success,
+            "optimum": self.optimum,
+            "rows": self.rows,
         }
-        if periods > 1:
-            values["total_steps_sem"] = self.total_steps.std(ddof=1) / np.sqrt(periods)
-        if shape[0] == shape[1]:
-            values["total_steps_scaled"] = scaled_to_equal_steps(values["total_steps"], shape[0])
-        return {name: float(value) for name, value in values.items()}
+        curves = self.curves if compress else {"epsilon": self.epsilon}
+        named = {f"{_CURVE}{name}": curve for name, curve in curves.items()}
+        write_arrays(file, {**(periods if keep == "periods" else {}), **named}, compress=compress)
+
+    @classmethod
+    def load(cls, file: Path | BinaryIO, point: DesignPoint | None = None, seconds: float = math.nan) -> LearningCurves:
+        """Read a result that `save` has written.
+
+        Args:
+            file: path or open file.
+            point: that was learned, if it is known.
+            seconds: wall time of learning, if it is known.
+
+        Raises:
+            LookupError: the file holds the learning curves alone.
+        """
+        return cls.of_arrays(read_saved(file), point, seconds)
+
+    @classmethod
+    def of_arrays(
+        cls, arrays: Mapping[str, NDArray[Any]], point: DesignPoint | None = None, seconds: float = math.nan
+    ) -> LearningCurves:
+        """Return the result of these arrays, see `read_saved`.
+
+        Raises:
+            LookupError: the periods are not among them.
+        """
+        if "steps" not in arrays:
+            raise LookupError("this file holds the learning curves alone, not the periods")
+        steps = arrays["steps"].astype(np.int32)
+        success, optimum, rows, epsilon = (arrays[name] for name in ("success", "optimum", "rows", "epsilon"))
+        return cls(steps, success, optimum, rows, epsilon, seconds, point)
+
+    @property
+    def _standard_error(self) -> float:
+        return float(self.total_steps.std(ddof=1) / math.sqrt(len(self.steps)))
 
 
-def scaled_to_equal_steps(steps: Any, side: Any) -> Any:
-    """Moves on a d×d grid in units of moves on a 10×10 grid of the same extent: divided by d/10 (Table 4)."""
-    return steps * 10 / side
+def read_saved(file: Path | BinaryIO) -> dict[str, NDArray[Any]]:
+    """Return what a file of a result holds: steps, success, optimum and rows, if kept, and learning curves by name."""
+    return {name.removeprefix(_CURVE): array for name, array in read_arrays(file).items()}
+
+
+def _narrow(steps: NDArray[np.int32]) -> NDArray[np.unsignedinteger[Any]]:
+    """Return steps as uint16 where they fit, which halves a file, else as uint32."""
+    return steps.astype(np.uint16 if steps.max() <= np.iinfo(np.uint16).max else np.uint32)
+
+
+def _side(shape: tuple[int, int]) -> float:
+    return shape[0] if shape[0] == shape[1] else math.nan

@@ -126,7 +126,9 @@ class Learning:
         if self._error:
             raise self._error
         seconds = self._ended - self._started
-        return LearningCurves(self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds)
+        return LearningCurves(
+            self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds, self._point
+        )
 
     def _work(self) -> None:
         """Take up shares until none is left; their periods overlap, so that no lane is empty in between."""

@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.result import scaled_to_equal_steps
+from rl_design_space.learning.measures import scaled_to_equal_steps
 from rl_design_space.report.published_table import PublishedTable
 from rl_design_space.report.study_runs import Runs, Where
 

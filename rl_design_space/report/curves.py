@@ -12,7 +12,8 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.config.build import construct
-from rl_design_space.report.study_runs import Periods, Runs, Where
+from rl_design_space.learning.result import LearningCurves
+from rl_design_space.report.study_runs import Runs, Where
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,7 +47,7 @@ class Line:
     panel: str
     name: str
     planned: PlannedPoint
-    recorded: Periods | None
+    recorded: LearningCurves | None
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -132,7 +133,7 @@ class CurvesFigure:
         stem.with_suffix(".md").write_text(curves_text(study, self, lines, runs), encoding="utf-8")
         return [*paths, stem.with_suffix(".csv"), stem.with_suffix(".md")]
 
-    def _family_points(self, runs: Runs) -> Iterator[tuple[str, str, PlannedPoint, Periods | None]]:
+    def _family_points(self, runs: Runs) -> Iterator[tuple[str, str, PlannedPoint, LearningCurves | None]]:
         for panel in self.built_panels():
             for family, where in self.families.items():
                 for planned in runs.where({**panel.where, **where}):

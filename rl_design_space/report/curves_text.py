@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rl_design_space.analysis.learning_curves import curve_summary
-from rl_design_space.analysis.measures import NEAR
+from rl_design_space.learning.measures import NEAR
 from rl_design_space.report.markdown import made_by, missing_points
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.claims import Finding, Tested, judge
-from rl_design_space.analysis.measures import Recorded
 from rl_design_space.config.build import build, construct
+from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.study_runs import Runs, Where
 
 if TYPE_CHECKING:
@@ -149,10 +149,10 @@ class _RecordedPoints:
         self._runs = runs
         self._common = common
 
-    def one(self, where: Where) -> Recorded:
+    def one(self, where: Where) -> LearningCurves:
         return self._recorded(self._runs.one({**self._common, **where}))
 
-    def by(self, where: Where, parameter: str) -> Mapping[Any, Recorded]:
+    def by(self, where: Where, parameter: str) -> Mapping[Any, LearningCurves]:
         found = self._runs.where({**self._common, **where})
         if not found:
             asked = " ".join(f"{name}={value}" for name, value in where.items())
@@ -160,7 +160,7 @@ class _RecordedPoints:
         values = [p.fingerprint if parameter == _ANY else p.parameters[parameter] for p in found]
         return {value: self._recorded(planned) for value, planned in zip(values, found, strict=True)}
 
-    def _recorded(self, planned: PlannedPoint) -> Recorded:
+    def _recorded(self, planned: PlannedPoint) -> LearningCurves:
         recorded = self._runs.periods(planned)
         if recorded is None:
             raise LookupError(f"missing: {planned.command}")

@@ -11,7 +11,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.result import scaled_to_equal_steps
+from rl_design_space.learning.measures import scaled_to_equal_steps
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from rl_design_space._arrays import FloatArray
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.plan import Plan, PlannedPoint
 
 if TYPE_CHECKING:
@@ -20,37 +15,6 @@ if TYPE_CHECKING:
 
 #: Values of parameters by name; a list of values means any of them.
 Where = Mapping[str, Any]
-
-
-@dataclass(frozen=True, eq=False)
-class Periods:
-    """What was recorded of a point.
-
-    Attributes:
-        steps: (periods, trials) primitive moves until the final goal; the step cap where it was missed.
-        success: (periods, trials) whether the final goal was reached.
-        optimum: (periods,) fewest moves possible.
-        epsilon: (trials,) the exploration schedule.
-        rows: (periods, 2) rows of the Q-matrix, and those of them that anything was learned for.
-    """
-
-    steps: NDArray[Any]
-    success: NDArray[np.bool_]
-    optimum: NDArray[Any]
-    epsilon: FloatArray
-    rows: NDArray[Any]
-
-    @cached_property
-    def total_steps(self) -> FloatArray:
-        """(periods,) primitive moves of all trials."""
-        total: FloatArray = self.steps.sum(axis=1, dtype=np.float64)
-        return total
-
-    @cached_property
-    def over_optimum(self) -> FloatArray:
-        """(periods, trials) steps / optimum."""
-        ratio: FloatArray = self.steps / self.optimum[:, np.newaxis]
-        return ratio
 
 
 class Runs:
@@ -64,7 +28,7 @@ class Runs:
     def __init__(self, plan: Plan, reader: Reader) -> None:
         self._reader = reader
         self._parameters = {planned.fingerprint: planned.parameters for planned in plan}
-        self._read: dict[str, Periods] = {}
+        self._read: dict[str, LearningCurves] = {}
         self.plan = plan
         self.stored: Mapping[str, StoredRun] = reader.finished(list(self._parameters))
 
@@ -97,14 +61,14 @@ class Runs:
             raise ConfigError(f"{asked}: should be one point of {self.plan.name}, not {len(found)}")
         return found[0]
 
-    def periods(self, planned: PlannedPoint) -> Periods | None:
+    def periods(self, planned: PlannedPoint) -> LearningCurves | None:
         """What was recorded of a point; None if it has no complete run."""
         key = planned.fingerprint
         if key not in self.stored:
             return None
         if key not in self._read:
             arrays = self._reader.periods(self.stored[key])
-            self._read[key] = Periods(**{field.name: arrays[field.name] for field in fields(Periods)})
+            self._read[key] = LearningCurves.of_arrays(arrays, planned.point)
         return self._read[key]
 
 

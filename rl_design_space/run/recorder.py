@@ -73,7 +73,7 @@ class Recorder:
         except Exception as error:
             result = error
         finally:
-            self._tracker.release(planned.fingerprint)
+            self._tracker.unlock(planned.fingerprint)
             self._room.release()
             self.seconds += perf_counter() - started
         self._ended(planned, result, stored)

@@ -13,7 +13,7 @@ from rl_design_space.plan.cost import expected_moves
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.executor import Executor
 from rl_design_space.run.recorder import Recorder
-from rl_design_space.tracking.tracker import Settled, StoredRun, SweepEnding, Tracker
+from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding, Tracker
 
 #: Numbers of points by what became of them, in words.
 _COUNTED = {
@@ -58,7 +58,7 @@ class Outcome:
         elsewhere: recorded meanwhile by another process.
         failed: what went wrong, by the fingerprint of the point.
         stored: the records of all others, by fingerprint.
-        settled: what of the records is not in the store.
+        delivery: which records are not delivered yet, or cannot be.
         moves: primitive moves learned.
         seconds: time spent, by what on; learning is the sum over all threads.
     """
@@ -69,7 +69,7 @@ class Outcome:
     elsewhere: int = 0
     failed: dict[str, str] = field(default_factory=dict)
     stored: dict[str, StoredRun] = field(default_factory=dict)
-    settled: Settled = field(default_factory=Settled)
+    delivery: DeliveryStatus = field(default_factory=DeliveryStatus)
     moves: float = 0.0
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -128,19 +128,19 @@ def run_point(
 
     fingerprint = planned.fingerprint
     stored = tracker.finished([fingerprint]).get(fingerprint)
-    while stored is None and not tracker.claim(fingerprint):
+    while stored is None and not tracker.lock(fingerprint):
         waiting()
         waiting = _nothing
         time.sleep(_PATIENCE)
-        stored = tracker.recorded_meanwhile(fingerprint)
-    stored = stored or tracker.recorded_meanwhile(fingerprint)
+        stored = tracker.recorded_since(fingerprint)
+    stored = stored or tracker.recorded_since(fingerprint)
     try:
         if stored:
             tracker.add_studies({fingerprint: stored}, {fingerprint: planned.studies})
             return stored, False
         return tracker.record(planned, simulate(planned.point, threads)), True
     finally:
-        tracker.release(fingerprint)
+        tracker.unlock(fingerprint)
 
 
 def run_sweep(
@@ -173,9 +173,9 @@ def run_sweep(
         with summary(plan, outcome, tracker, command) if summarised else nullcontext():
             _learn(found.points, tracker, executor, watcher, outcome, on_error)
             started = time.perf_counter()
-            outcome.lose(tracker.settle(watcher.waiting).lost)
-            outcome.seconds["settling"] = time.perf_counter() - started
-    outcome.settled = tracker.settle(watcher.waiting)
+            outcome.lose(tracker.wait_for_delivery(watcher.waiting).lost)
+            outcome.seconds["delivery"] = time.perf_counter() - started
+    outcome.delivery = tracker.wait_for_delivery(watcher.waiting)
     return outcome
 
 
@@ -248,7 +248,7 @@ def _learn(
                     break
     finally:
         for fingerprint in claims:  # of points that were begun and not ended
-            tracker.release(fingerprint)
+            tracker.unlock(fingerprint)
     outcome.seconds |= {"learning": learning, "recording": recorder.seconds}
 
 
@@ -260,10 +260,10 @@ def _claimed(
     while left:
         busy = []
         for planned in left:
-            if not tracker.claim(planned.fingerprint):
+            if not tracker.lock(planned.fingerprint):
                 busy.append(planned)
-            elif stored := tracker.recorded_meanwhile(planned.fingerprint):
-                tracker.release(planned.fingerprint)
+            elif stored := tracker.recorded_since(planned.fingerprint):
+                tracker.unlock(planned.fingerprint)
                 tracker.add_studies({planned.fingerprint: stored}, {planned.fingerprint: planned.studies})
                 outcome.elsewhere += 1
                 outcome.stored[planned.fingerprint] = stored

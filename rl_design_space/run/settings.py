@@ -19,7 +19,7 @@ from rl_design_space.config.compose import CONFIG_NAME, shipped_config
 from rl_design_space.config.explain import explain
 from rl_design_space.config.overrides import SETTINGS, is_setting
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.names import SCALARS
+from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking import MlflowTracking, Tracking
 
 

@@ -11,9 +11,9 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.errors import ConfigError, has_password
-from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
+from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
+from rl_design_space.learning.result import Kept
 from rl_design_space.tracking.address import StoreAddress, absolute
-from rl_design_space.tracking.record import Kept
 from rl_design_space.tracking.tracker import NullTracker, Tracker
 
 if TYPE_CHECKING:

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from io import BytesIO
-from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 
-from rl_design_space._arrays import FloatArray
-from rl_design_space.learning import LearningCurves
-from rl_design_space.learning.names import CURVES
+from rl_design_space.learning.measures import CURVES
+from rl_design_space.learning.result import Kept, LearningCurves
 from rl_design_space.tracking import values
-from rl_design_space.tracking.record import Kept, narrow, result_of
+from rl_design_space.tracking.record import result_of
 from rl_design_space.tracking.spool import Record
 
 #: File names of a run's artifacts.
@@ -73,28 +69,7 @@ def config_file(command: str, config: Mapping[str, Any]) -> bytes:
 
 
 def periods_file(learned: LearningCurves, keep: Kept = "periods") -> bytes:
-    """The steps of every trial of every period, and all curves; or the curves alone.
-
-    `success` tells a trial that ended at the step cap from one that was cut there.
-    """
-    periods: dict[str, Any] = {
-        "steps": narrow(learned.steps),
-        "success": learned.success,
-        "optimum": learned.optimum,
-        "rows": learned.rows,
-    }
-    curves: dict[str, Any] = {f"curve:{name}": curve for name, curve in learned.curves.items()}
+    """Return the artifact of a result, see `LearningCurves.save`."""
     buffer = BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        for name, array in {**(periods if keep == "periods" else {}), **curves}.items():
-            member = BytesIO()
-            np.save(member, array)
-            # Without a time, so that equal results are equal files.
-            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), zipfile.ZIP_DEFLATED)
+    learned.save(buffer, keep=keep)
     return buffer.getvalue()
-
-
-def read_periods(path: Path) -> dict[str, FloatArray]:
-    """The arrays of a `PERIODS_FILE`, by name."""
-    with np.load(path) as archive:
-        return {name.replace("curve:", ""): archive[name] for name in archive.files}

@@ -16,11 +16,11 @@ from rl_design_space.tracking.origin import origin_tags
 from rl_design_space.tracking.queries import source_of
 from rl_design_space.tracking.spool import CLOSE, OPEN, STUDIES, TIDY, DamagedRecordError, Record, Spool, point_name
 from rl_design_space.tracking.store_errors import StoreUnavailableError
-from rl_design_space.tracking.tracker import Settled, StoredRun, SweepEnding, SweepRecord
+from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding, SweepRecord
 from rl_design_space.tracking.views import points_tags, sweeps_tags
 
 if TYPE_CHECKING:
-    from rl_design_space.learning import LearningCurves
+    from rl_design_space.learning.result import Kept, LearningCurves
     from rl_design_space.plan.plan import Plan, PlannedPoint
     from rl_design_space.tracking.address import StoreAddress
 
@@ -56,7 +56,7 @@ class MlflowTracker:
         patience: float,
         curves: Sequence[str] = (),
         every: int = 1,
-        keep: record.Kept = "periods",
+        keep: Kept = "periods",
         courier: Courier | None = None,
     ) -> None:
         self.location = location
@@ -92,25 +92,25 @@ class MlflowTracker:
         kept = self._kept(fingerprints)
         return kept | self._stored(fingerprints)
 
-    def claim(self, fingerprint: str) -> bool:
-        """Take a point upon this process; False while another one has it."""
+    def lock(self, fingerprint: str) -> bool:
+        """Lock a point for this process; return False while another process holds its lock."""
         return self._claims.take(fingerprint)
 
-    def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
-        """The record of a point that has come to be since `finished` was last asked, if any."""
+    def recorded_since(self, fingerprint: str) -> StoredRun | None:
+        """Return the record of a point that was written after the last call of `finished`, if any."""
         if kept := self._kept([fingerprint]).get(fingerprint):
             return kept
         if not self._claims.announced(fingerprint):
             return None
         return self._stored([fingerprint]).get(fingerprint)
 
-    def release(self, fingerprint: str) -> None:
-        """Give up a claim; that of a recorded point ends when the store has it."""
+    def unlock(self, fingerprint: str) -> None:
+        """Release the lock of a point; a pending record keeps it locked until it is delivered."""
         if fingerprint not in self._on_their_way:
             self._claims.release(fingerprint)
 
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
-        """Keep the result of a claimed point; it is safe on return.
+        """Write the result of a locked point to disk; it is durable on return.
 
         Raises:
             ConfigError: MLflow would not take a name, the store is of no use, or the disk is full and stays so.
@@ -132,17 +132,19 @@ class MlflowTracker:
         """Start the summary run of a sweep that a command runs."""
         return _Sweep(self, plan, command)
 
-    def settle(self, told: Callable[[int, str], None] = lambda left, trouble: None) -> Settled:
-        """Wait until the store has everything, or has taken nothing for as long as the options say.
+    def wait_for_delivery(
+        self, on_progress: Callable[[int, str], None] = lambda pending, problem: None
+    ) -> DeliveryStatus:
+        """Wait until every pending record is delivered, or the store has accepted none for `patience` seconds.
 
         Raises:
             ConfigError: the store is of no use.
         """
         self._have_tidied()
-        left = self._courier.settle(self._patience, told)
+        left = self._courier.settle(self._patience, on_progress)
         points = {fingerprint: point_name(fingerprint) for fingerprint in self._on_their_way}
         lost = {fingerprint: left.aside[name] for fingerprint, name in points.items() if name in left.aside}
-        return Settled(left.awaiting, left.why, lost)
+        return DeliveryStatus(left.awaiting, left.why, lost)
 
     def _have_tidied(self) -> None:
         """Have runs closed that dead processes have left; nobody claims what they were at."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.names import SCALARS
+from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.database import Database

@@ -12,10 +12,11 @@ from urllib.parse import quote, unquote, urlencode, urlsplit
 from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.cache import cached
 from rl_design_space.tracking.connection import connect
-from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE, read_periods
+from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
 from rl_design_space.tracking.queries import source_of
 from rl_design_space.tracking.record import STUDY_TAG
 from rl_design_space.tracking.run_frame import filtered, frame_of, of_study
@@ -105,7 +106,7 @@ class RunReader:
 
         Args:
             runs: a frame of them.
-            names: of the curves, see `learning.names`.
+            names: of the curves, see `learning.measures`.
 
         Raises:
             ConfigError: there is no such curve.
@@ -126,7 +127,7 @@ class RunReader:
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
         """The arrays of a run's artifact."""
-        return self._artifact(run, PERIODS_FILE, read_periods)
+        return self._artifact(run, PERIODS_FILE, read_saved)
 
     def config(self, run: StoredRun) -> str:
         """The resolved config of a run, as YAML."""

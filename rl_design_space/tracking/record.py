@@ -9,27 +9,23 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Sequence
 from io import BytesIO
-from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rl_design_space.learning import LearningCurves
+from rl_design_space.learning.result import Kept, LearningCurves
 from rl_design_space.plan.describe import resolved_config
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.tracking import values
 from rl_design_space.tracking.spool import POINT, Record
 
-#: What a run's artifact keeps: everything, or the curves alone.
-Kept = Literal["periods", "curves"]
 #: A run's tag for each study that it belongs to begins like this.
 STUDY_TAG = "study."
 #: Tags of ours: what identifies a point; the spool that a run is written from; the sweep that a summary run is of; why
 #: a run is not complete.
 FINGERPRINT_TAG, SPOOL_TAG = "fingerprint", "rl_design_space.spool"
 SWEEP_TAG, INCOMPLETE_TAG = "rl_design_space.sweep", "rl_design_space.incomplete"
-#: The file of a record that holds the result, and the arrays in it, one after the other.
-_RESULT, _ARRAYS = "result", ("steps", "success", "optimum", "rows", "epsilon")
+#: The file of a record that holds the result; what it began with in an earlier version.
+_RESULT, _NPY = "result", b"\x93NUMPY"
 
 
 def point_record(
@@ -56,7 +52,7 @@ def point_record(
     Raises:
         ConfigError: MLflow would not take a name.
     """
-    scalars = learned.scalars(planned.point.world.shape)
+    scalars = learned.scalars()
     numbers = {values.key(name): values.metric(value) for name, value in scalars.items()}
     content = {
         "name": planned.name,
@@ -76,16 +72,13 @@ def point_record(
 
 
 def result_of(record: Record) -> LearningCurves:
-    """The result in a point's record."""
-    buffer = BytesIO(record.files[_RESULT])
-    arrays: dict[str, Any] = {name: np.load(buffer) for name in _ARRAYS}
-    arrays["steps"] = arrays["steps"].astype(np.int32)
-    return LearningCurves(**arrays, seconds=record.content["seconds"])
-
-
-def narrow(steps: NDArray[np.int32]) -> NDArray[np.unsignedinteger[Any]]:
-    """Steps as uint16 where they fit, which halves a file, else as uint32."""
-    return steps.astype(np.uint16 if steps.max() <= np.iinfo(np.uint16).max else np.uint32)
+    """Return the result in a point's record; its point is not built, for its code may not be on this machine."""
+    content, seconds = BytesIO(record.files[_RESULT]), record.content["seconds"]
+    if not record.files[_RESULT].startswith(_NPY):
+        return LearningCurves.load(content, seconds=seconds)
+    # Version 0.1.0 wrote the arrays one after the other.
+    arrays = {name: np.load(content) for name in ("steps", "success", "optimum", "rows", "epsilon")}
+    return LearningCurves.of_arrays(arrays, seconds=seconds)
 
 
 def study_tags(studies: Iterable[str]) -> dict[str, str]:
@@ -104,7 +97,5 @@ def params(planned: PlannedPoint) -> dict[str, str]:
 
 def _packed(learned: LearningCurves) -> bytes:
     buffer = BytesIO()
-    for name in _ARRAYS:
-        array = getattr(learned, name)
-        np.save(buffer, narrow(array) if name == "steps" else array)
+    learned.save(buffer, compress=False)
     return buffer.getvalue()

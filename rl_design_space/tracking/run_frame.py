@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.names import SCALARS
+from rl_design_space.learning.measures import SCALARS
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
-from rl_design_space.learning.names import SCALARS
+from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking import values
 
 if TYPE_CHECKING:

@@ -58,8 +58,8 @@ class SweepEnding:
 class Tracker(Protocol):
     """Records design points, each once, and knows which ones it has.
 
-    Several processes may record into one store. A point is learned by who has claimed it. What is recorded is safe at
-    once, and in the store soon.
+    Several processes may record into one store. Only the process that holds the lock of a point learns it. A recorded
+    result is on disk at once (a pending record) and is delivered to the store in the background.
     """
 
     @property
@@ -71,20 +71,20 @@ class Tracker(Protocol):
         """The recorded points among these, by fingerprint."""
         ...
 
-    def claim(self, fingerprint: str) -> bool:
-        """Take a point upon this process; False while another one has it."""
+    def lock(self, fingerprint: str) -> bool:
+        """Lock a point for this process; return False while another process holds its lock."""
         ...
 
-    def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
-        """The record of a point that has come to be since `finished` was last asked, if any."""
+    def recorded_since(self, fingerprint: str) -> StoredRun | None:
+        """Return the record of a point that was written after the last call of `finished`, if any."""
         ...
 
-    def release(self, fingerprint: str) -> None:
-        """Give up a claim; that of a recorded point ends when the store has it."""
+    def unlock(self, fingerprint: str) -> None:
+        """Release the lock of a point; a pending record keeps it locked until it is delivered."""
         ...
 
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
-        """Keep the result of a claimed point; it is safe on return."""
+        """Write the result of a locked point to disk; it is durable on return."""
         ...
 
     def add_studies(self, stored: Mapping[str, StoredRun], studies: Mapping[str, Sequence[str]]) -> None:
@@ -95,27 +95,28 @@ class Tracker(Protocol):
         """Start the summary run of a sweep that a command runs."""
         ...
 
-    def settle(self, told: Callable[[int, str], None] = ...) -> Settled:
-        """Wait, not for ever, until the store has everything.
+    def wait_for_delivery(self, on_progress: Callable[[int, str], None] = ...) -> DeliveryStatus:
+        """Wait until every pending record is delivered, or until the tracker's patience ends.
 
         Args:
-            told: is called now and then with the number of records left, and what is wrong, if anything.
+            on_progress: called from time to time with the number of pending records and the current problem, which is
+                empty if there is none.
         """
         ...
 
 
 @dataclass
-class Settled:
-    """What came of records when no more was to be waited for.
+class DeliveryStatus:
+    """Delivery status when `wait_for_delivery` returns.
 
     Attributes:
-        awaiting: how many are safe, but not in the store yet.
-        why: what kept them.
+        pending: number of pending records: on disk, not yet in the store.
+        reason: why they are not delivered.
         lost: why points cannot be stored, by fingerprint.
     """
 
-    awaiting: int = 0
-    why: str = ""
+    pending: int = 0
+    reason: str = ""
     lost: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -127,17 +128,17 @@ class NullTracker:
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         return {}
 
-    def claim(self, fingerprint: str) -> bool:
+    def lock(self, fingerprint: str) -> bool:
         return True
 
-    def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
+    def recorded_since(self, fingerprint: str) -> StoredRun | None:
         return None
 
-    def release(self, fingerprint: str) -> None:
+    def unlock(self, fingerprint: str) -> None:
         pass
 
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
-        return StoredRun(scalars=curves.scalars(planned.point.world.shape))
+        return StoredRun(scalars=curves.scalars())
 
     def add_studies(self, stored: Mapping[str, StoredRun], studies: Mapping[str, Sequence[str]]) -> None:
         pass
@@ -148,5 +149,7 @@ class NullTracker:
     def close(self, ending: SweepEnding) -> None:
         pass
 
-    def settle(self, told: Callable[[int, str], None] = lambda left, trouble: None) -> Settled:
-        return Settled()
+    def wait_for_delivery(
+        self, on_progress: Callable[[int, str], None] = lambda pending, problem: None
+    ) -> DeliveryStatus:
+        return DeliveryStatus()

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 from urllib.parse import urlencode
 
-from rl_design_space.learning.names import CURVES, SCALARS
+from rl_design_space.learning.measures import CURVES, SCALARS
 from rl_design_space.tracking import view_state as ui
 from rl_design_space.tracking.record import STUDY_TAG
 from rl_design_space.tracking.view_state import State

@@ -39,6 +39,18 @@ class MadeUp:
         return self.steps / 10
 
     @property
+    def optimum(self) -> np.ndarray:
+        return np.full(self.periods, 10, dtype=np.int32)
+
+    @property
+    def total_steps(self) -> np.ndarray:
+        return self.steps.sum(axis=1, dtype=float)
+
+    @property
+    def side(self) -> float:
+        return 20
+
+    @property
     def epsilon(self) -> np.ndarray:
         return np.full(TRIALS, self.exploration / TRIALS)
 

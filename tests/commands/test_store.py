@@ -10,7 +10,7 @@ import pytest
 
 from rl_design_space import commands
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.content import read_periods
+from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
 from tests.tracking.stores import copy_database, learned, options, record, tracker_at
 
@@ -114,7 +114,7 @@ def test_a_run_can_be_had_again(say, outputs: Path):
 def test_a_run_that_is_another_one_is_told(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db"), *learned())
     path = Path(run.artifacts.removeprefix("file://")) / "periods.npz"
-    arrays = read_periods(path)
+    arrays = read_saved(path)
     arrays["steps"][0, 0] += 1
     np.savez(path, **arrays)
     status, said = say("rerun", run.run_id)

@@ -15,6 +15,7 @@ from PIL import Image
 from rl_design_space.commands import figures as command
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
+from rl_design_space.learning.measures import MEASURES
 from rl_design_space.plan.planner import plan_point
 from rl_design_space.report import Compare, Curves, Heatmap, Sensitivity
 from rl_design_space.report.generic.selection import Selection
@@ -61,6 +62,17 @@ def test_a_heatmap_holds_what_simulations_give(selection: Selection):
             assert cell["runs"] == 0
 
 
+@pytest.mark.parametrize("name", MEASURES)
+def test_every_measure_can_be_the_value_of_a_cell(selection: Selection, name: str):
+    frame = Heatmap(rows="representation", cols="exploration.k", value=name).frame(selection)
+    equal = np.full((1, 6), 1 / 6)
+    for cell in frame.dropna(subset="value").to_dict("records"):
+        curves = LEARNED[f"representation={cell['representation']}", f"exploration.k={cell['exploration.k']}"]
+        assert cell["value"] == pytest.approx(MEASURES[name].samples(curves, equal)[0])
+        assert cell["low"] <= cell["value"] <= cell["high"]
+    assert frame["value"].notna().sum() == len(LEARNED)
+
+
 def test_runs_that_differ_in_more_are_not_averaged_unawares(selection: Selection):
     with pytest.raises(ConfigError, match=r"exploration\.k: \d runs of one cell .* differ in this; .*--mean"):
         Heatmap(rows="representation", cols="world.size").frame(selection)
@@ -75,6 +87,16 @@ def test_curves_are_those_of_the_simulations(selection: Selection):
         line = frame[frame["line"] == " ".join(key)]
         assert line["mean"].tolist() == curves.curves["steps/mean"].tolist()
         assert (line["ci_low"] <= line["mean"]).all()
+
+
+def test_a_curve_that_is_a_mean_over_periods_has_a_band(selection: Selection):
+    for name in ("steps/over_optimum", "success_rate"):
+        frame = Curves(by="representation,exploration.k", curve=name).frame(selection)
+        assert frame["ci_low"].notna().all()
+        for key, curves in LEARNED.items():
+            line = frame[frame["line"] == " ".join(key)]
+            assert line["mean"].tolist() == curves.curves[name].tolist()
+            assert (line["ci_low"] <= line["mean"]).all()
 
 
 def test_a_curve_without_known_periods_has_no_band(selection: Selection):
@@ -110,7 +132,7 @@ def test_a_comparison_is_paired_by_period(selection: Selection):
         ),
         (
             Heatmap(rows="representation", cols="exploration.k", value="total"),
-            "total: no such scalar; did you mean total_s",
+            "total: no such scalar or measure; did you mean total_s",
         ),
         (Curves(by="representation,exploration.k", curve="steps/max"), r"steps/max: no such learning curve"),
         (Sensitivity(parameter="reward"), "reward: no two of these runs differ in it"),

@@ -49,6 +49,7 @@ def test_periods_are_what_was_learned_and_read_once(plan, monkeypatch: pytest.Mo
     first, expected = runs.periods(plan[0]), simulate(plan[0].point)
     assert np.array_equal(first.steps, expected.steps)
     assert np.array_equal(first.total_steps, expected.total_steps)
-    assert np.array_equal(first.over_optimum.mean(axis=0), expected.over_optimum)
+    assert np.array_equal(first.over_optimum, expected.over_optimum)
+    assert first.point is plan[0].point
     monkeypatch.setattr(reader, "periods", None)
     assert runs.periods(plan[0]) is first

@@ -41,7 +41,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 def swept(plan: Plan, tracker: MemoryTracker, threads: int = 1, **options: object) -> tuple[Outcome, Memory]:
     memory = Memory()
     outcome = run_sweep(plan, tracker, LocalExecutor(threads), memory, **options)
-    assert tracker.claimed == set()
+    assert tracker.locked == set()
     return outcome, memory
 
 
@@ -178,7 +178,7 @@ def test_an_interruption_ends_the_summary_and_keeps_what_was_done(study, interru
     assert summary.status == "KILLED"
     assert summary.counts["done"] == len(tracker.runs)
     # And the next run goes on from there.
-    tracker.errors, tracker.claimed = {}, set()
+    tracker.errors, tracker.locked = {}, set()
     outcome, _ = swept(plan, tracker)
     assert outcome.counts == counts(already=summary.counts["done"], done=3 - summary.counts["done"])
 
@@ -205,8 +205,8 @@ def test_a_record_that_is_lost_in_the_end_is_a_failure(study):
 
 
 def test_what_the_store_has_not_taken_yet_is_told_and_no_failure(study):
-    outcome, _ = swept(study(4), MemoryTracker(awaiting=2))
-    assert (outcome.settled.awaiting, outcome.settled.why) == (2, "the store is away")
+    outcome, _ = swept(study(4), MemoryTracker(pending=2))
+    assert (outcome.delivery.pending, outcome.delivery.reason) == (2, "the store is away")
     assert outcome.counts == counts(done=1)
 
 
@@ -242,7 +242,7 @@ def test_a_single_point_waits_for_who_is_at_it(study, recorded: bool):
     assert learned is not recorded
     assert waited == ["once"]
     assert stored.run_id == "run 0"
-    assert tracker.claimed == set()
+    assert tracker.locked == set()
 
 
 def test_a_single_point_is_learned_once(study):

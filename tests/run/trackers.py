@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from rl_design_space.learning import LearningCurves
 from rl_design_space.plan.plan import Plan, PlannedPoint
-from rl_design_space.tracking.tracker import Settled, StoredRun, SweepEnding
+from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding
 
 
 @dataclass
@@ -36,40 +36,40 @@ class MemoryTracker:
     sweeps: list[MemorySweep] = field(default_factory=list)
     #: Raised when the points with these names are recorded.
     errors: Mapping[str, BaseException] = field(default_factory=dict)
-    claimed: set[str] = field(default_factory=set)
+    locked: set[str] = field(default_factory=set)
     #: Points that somebody else is at, and how often to say so before they are found recorded, or given up.
     busy: dict[str, int] = field(default_factory=dict)
     records_of_others: set[str] = field(default_factory=set)
     #: What the store does not take in the end, and what it has not taken yet.
     lost: dict[str, str] = field(default_factory=dict)
-    awaiting: int = 0
+    pending: int = 0
     location: str = "memory"
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         return {fingerprint: self.runs[fingerprint] for fingerprint in fingerprints if fingerprint in self.runs}
 
-    def claim(self, fingerprint: str) -> bool:
+    def lock(self, fingerprint: str) -> bool:
         if self.busy.get(fingerprint, 0) > 0:
             self.busy[fingerprint] -= 1
             return False
-        assert fingerprint not in self.claimed, "claimed twice"
-        self.claimed.add(fingerprint)
+        assert fingerprint not in self.locked, "locked twice"
+        self.locked.add(fingerprint)
         if fingerprint in self.records_of_others:
             self.runs[fingerprint] = StoredRun(f"run {len(self.runs)}")
         return True
 
-    def recorded_meanwhile(self, fingerprint: str) -> StoredRun | None:
+    def recorded_since(self, fingerprint: str) -> StoredRun | None:
         return self.runs.get(fingerprint)
 
-    def release(self, fingerprint: str) -> None:
-        self.claimed.discard(fingerprint)
+    def unlock(self, fingerprint: str) -> None:
+        self.locked.discard(fingerprint)
 
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
-        assert planned.fingerprint in self.claimed, "recorded by somebody who had not claimed it"
+        assert planned.fingerprint in self.locked, "recorded without holding the lock"
         if planned.name in self.errors:
             raise self.errors[planned.name]
         assert planned.fingerprint not in self.runs, "recorded twice"
-        scalars = curves.scalars(planned.point.world.shape)
+        scalars = curves.scalars()
         run = StoredRun(f"run {len(self.runs)}", frozenset(planned.studies), scalars)
         self.runs[planned.fingerprint] = run
         return run
@@ -79,10 +79,12 @@ class MemoryTracker:
             assert self.runs[fingerprint].run_id == run.run_id
             self.runs[fingerprint] = replace(run, studies=run.studies | set(studies.get(fingerprint, ())))
 
-    def settle(self, told: Callable[[int, str], None] = lambda left, trouble: None) -> Settled:
-        told(self.awaiting, "")
+    def wait_for_delivery(
+        self, on_progress: Callable[[int, str], None] = lambda pending, problem: None
+    ) -> DeliveryStatus:
+        on_progress(self.pending, "")
         lost, self.lost = self.lost, {}
-        return Settled(self.awaiting, "the store is away" if self.awaiting else "", lost)
+        return DeliveryStatus(self.pending, "the store is away" if self.pending else "", lost)
 
     def open_sweep(self, plan: Plan, command: str) -> MemorySweep:
         self.sweeps.append(MemorySweep(plan.name, command))

@@ -54,7 +54,7 @@ def test_a_row_has_the_choices_and_scalars_of_a_point(runs):
         assert here["studies"] == " ".join(studies)
         for parameter, value in planned.parameters.items():
             assert here[parameter] in (value, str(value))
-        for scalar, value in curves.scalars(planned.point.world.shape).items():
+        for scalar, value in curves.scalars().items():
             assert here[scalar] == value
 
 

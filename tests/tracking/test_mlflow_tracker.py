@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
+from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
 from rl_design_space.tracking import mlflow_tracker
 from rl_design_space.tracking.locks import claims_path
 from rl_design_space.tracking.record import params
@@ -197,9 +197,9 @@ def test_a_user_without_a_name_can_record(error: type[Exception], database: Path
 def test_what_another_tracker_records_is_known_when_it_is_claimed(tracker, database: Path):
     planned, curves = learned()
     assert tracker.finished([planned.fingerprint]) == {}
-    assert tracker.recorded_meanwhile(planned.fingerprint) is None
+    assert tracker.recorded_since(planned.fingerprint) is None
     tracker_at(database).record(planned, curves)
-    found = tracker.recorded_meanwhile(planned.fingerprint)
+    found = tracker.recorded_since(planned.fingerprint)
     assert found is not None
     assert found.run_id
 
@@ -216,13 +216,13 @@ def test_what_is_kept_and_not_yet_delivered_counts_as_recorded(database: Path):
     tracker = chosen.open("", Nobody())
     planned, curves = learned()
     planned = replace(planned, studies=("a",))
-    assert tracker.claim(planned.fingerprint)
+    assert tracker.lock(planned.fingerprint)
     tracker.record(planned, curves)
-    # Its claim stays until the store has it.
-    tracker.release(planned.fingerprint)
-    assert not tracker.claim(planned.fingerprint)
+    # It stays locked until the store has it.
+    tracker.unlock(planned.fingerprint)
+    assert not tracker.lock(planned.fingerprint)
     for other in (tracker, chosen.open("", Nobody())):
-        assert other.recorded_meanwhile(planned.fingerprint) is not None
+        assert other.recorded_since(planned.fingerprint) is not None
         kept = other.finished([planned.fingerprint])[planned.fingerprint]
         assert (kept.run_id, kept.studies, kept.scalars) == ("", {"a"}, curves.scalars((4, 4)))
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
+from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
 from rl_design_space.tracking import NoTracking
 from tests.tracking.stores import learned, options, record, tracker_at
 

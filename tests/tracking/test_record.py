@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +36,7 @@ def results(draw: st.DrawFn) -> LearningCurves:
         rows=draw(arrays(np.int32, (periods, 2), elements=st.integers(0, 99))),
         epsilon=draw(arrays(np.float64, trials, elements=st.floats(0, 1))),
         seconds=draw(st.floats(1e-3, 1e6)),
+        known_point=PLANNED.point,
     )
 
 
@@ -63,8 +66,19 @@ def test_a_result_comes_back_bit_by_bit(spool: Spool, result: LearningCurves):
 @given(result=results(), every=st.integers(1, 4))
 def test_a_run_gets_the_metrics_of_the_result(spool: Spool, result: LearningCurves, every: int):
     record = through(spool, point_record(PLANNED, result, {}, curves=ON_DEMAND, every=every))
-    scalars = result.scalars(PLANNED.point.world.shape)
+    scalars = result.scalars()
     assert content_of(record).metrics == metrics(result, scalars, ON_DEMAND, every)
+
+
+def test_a_record_of_version_0_1_0_is_read(spool: Spool):
+    """It held the arrays one after the other, steps as narrow as they fit."""
+    buffer = BytesIO()
+    for name in ("steps", "success", "optimum", "rows", "epsilon"):
+        array = getattr(CURVES, name)
+        np.save(buffer, array.astype(np.uint16) if name == "steps" else array)
+    new = point_record(PLANNED, CURVES, {})
+    old = replace(new, files={"result": buffer.getvalue()})
+    assert content_of(through(spool, old)) == content_of(new)
 
 
 def test_what_another_version_has_written_is_damage(tmp_path: Path):

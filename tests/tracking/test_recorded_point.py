@@ -18,8 +18,8 @@ import rl_design_space
 from rl_design_space._paths import CONF
 from rl_design_space.design import DesignPoint
 from rl_design_space.learning import LearningCurves
-from rl_design_space.learning.names import CURVES, CURVES_ON_DEMAND
-from rl_design_space.learning.result import FINAL_TRIALS
+from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND, FINAL_TRIALS
+from rl_design_space.learning.result import read_saved
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking import content
@@ -163,7 +163,7 @@ def test_the_artifact_holds_every_trial_of_every_period(recorded: Recorded):
 
 
 def test_the_artifact_holds_every_curve(recorded: Recorded):
-    arrays = content.read_periods(recorded.artifact("periods.npz"))
+    arrays = read_saved(recorded.artifact("periods.npz"))
     assert set(arrays) == {"steps", "success", "optimum", "rows", *CURVES, *CURVES_ON_DEMAND}
     for name, curve in recorded.curves.curves.items():
         np.testing.assert_array_equal(arrays[name], curve)
@@ -193,7 +193,7 @@ def test_steps_beyond_sixteen_bits_are_kept(tmp_path: Path):
     ones = np.ones((1, 2), np.int32)
     curves = LearningCurves(steps, np.array([[True, False]]), ones[0, :1], ones, np.array([0.1, 0.1]), 1.0)
     (tmp_path / "periods.npz").write_bytes(content.periods_file(curves))
-    np.testing.assert_array_equal(content.read_periods(tmp_path / "periods.npz")["steps"], steps)
+    np.testing.assert_array_equal(read_saved(tmp_path / "periods.npz")["steps"], steps)
 
 
 def test_values_that_are_not_finite_are_no_metrics():

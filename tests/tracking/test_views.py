@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rl_design_space.config.compose import shipped_config
-from rl_design_space.learning.names import CURVES, SCALARS
+from rl_design_space.learning.measures import CURVES, SCALARS
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.plan.planner import plan_point
 from rl_design_space.plan.study import load_study

@@ -8,6 +8,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import CURVES_OF_PERIODS
 from rl_design_space.report.generic.figure import Figure, number
 from rl_design_space.report.generic.heatmap import Names
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from rl_design_space._arrays import FloatArray
     from rl_design_space.report.generic.selection import Point, Selection
 
-#: Curves whose periods are kept, so that they have an interval.
-_STEPS, _SUCCESS = "steps/mean", "success_rate"
 #: Lines that can be told apart.
 _MOST = 12
 
@@ -36,7 +35,7 @@ class Curves(Figure):
     """
 
     by: Names
-    curve: str = _STEPS
+    curve: str = "steps/mean"
     mean: bool = False
     title: str = ""
 
@@ -80,9 +79,10 @@ class Curves(Figure):
         mean: FloatArray = np.mean([selection.curve(point, self.curve) for point in points], axis=0)
         recorded = [selection.periods(point) for point in points]
         nothing = np.full(len(mean), np.nan)
-        if self.curve not in (_STEPS, _SUCCESS) or any(run is None or len(run.steps) < 2 for run in recorded):
+        values = CURVES_OF_PERIODS.get(self.curve)
+        if values is None or any(run is None or len(run.steps) < 2 for run in recorded):
             return mean, nothing, nothing
-        runs = [np.asarray(run.steps if self.curve == _STEPS else run.success, float) for run in recorded if run]
+        runs = [np.asarray(values(run), float) for run in recorded if run]
         low, high = percentile_interval(resampled_means(runs, [stratum(point) for point in points]))
         return mean, low, high
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.names import SCALARS
-from rl_design_space.learning.result import scaled_to_equal_steps
-from rl_design_space.report.study_runs import Periods
+from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measure, scaled_to_equal_steps
+from rl_design_space.learning.result import LearningCurves
 from rl_design_space.tracking.run_frame import ABOUT, typed
 from rl_design_space.tracking.tracker import StoredRun
 from rl_design_space.tracking.values import param
@@ -60,7 +59,7 @@ class Selection:
         self.points = list(points)
         self.made_by, self.remarks, self.mark = made_by, remarks, mark
         self._reader = reader
-        self._periods: dict[Point, Periods | None] = {}
+        self._periods: dict[Point, LearningCurves | None] = {}
 
     @classmethod
     def of_study(cls, study: Study, reader: Reader) -> Selection:
@@ -133,14 +132,11 @@ class Selection:
             groups.setdefault(point.key(names), []).append(point)
         return dict(sorted(groups.items(), key=lambda group: [order(value) for value in group[0]]))
 
-    def periods(self, point: Point) -> Periods | None:
+    def periods(self, point: Point) -> LearningCurves | None:
         """What was recorded of a point; None if its run did not keep its periods, or it has none."""
-        from dataclasses import fields
-
         if point not in self._periods:
             arrays = self._reader.periods(point.run) if point.run else {}
-            kept = {field.name: arrays[field.name] for field in fields(Periods) if field.name in arrays}
-            self._periods[point] = Periods(**kept) if "steps" in kept else None
+            self._periods[point] = LearningCurves.of_arrays(arrays) if "steps" in arrays else None
         return self._periods[point]
 
     def curve(self, point: Point, name: str) -> FloatArray:
@@ -161,17 +157,16 @@ class Selection:
         Raises:
             ConfigError: there is no such scalar.
         """
-        from rl_design_space.analysis.averaging import PER_PERIOD
-
-        if name not in SCALARS:
-            raise ConfigError.unknown("scalar", name, SCALARS)
+        known = dict.fromkeys((*SCALARS, *MEASURES, *ALIASES))
+        if name not in known:
+            raise ConfigError.unknown("scalar or measure", name, known)
         recorded = self.periods(point)
-        if recorded is None:
+        if recorded is None or name not in (*MEASURES, *ALIASES):
             return None
-        if name == "total_steps_scaled":
+        if name == "total_steps_scaled":  # of a run, the parameters are known, the point is not built
             side = point.parameters["world.size"]
             return scaled_to_equal_steps(recorded.total_steps, side) if isinstance(side, int | float) else None
-        return PER_PERIOD[name](recorded) if name in PER_PERIOD else None
+        return measure(name).each(recorded)
 
     def estimate(self, points: Sequence[Point], name: str) -> Estimate:
         """Mean of a scalar over runs, with its interval where the periods are known.
@@ -179,14 +174,18 @@ class Selection:
         Raises:
             ConfigError: there is no such scalar.
         """
-        from rl_design_space.analysis.averaging import mean_of_runs
+        from rl_design_space.analysis.averaging import estimate, mean_of_runs
         from rl_design_space.analysis.statistics import Estimate
 
         runs = [point for point in points if point.run]
+        strata = [stratum(point) for point in runs]
         values = [self.values(point, name) for point in runs]
         known = [value for value in values if value is not None]
         if known and len(known) == len(runs):
-            return mean_of_runs(known, [stratum(point) for point in runs])
+            return mean_of_runs(known, strata)
+        results = [result for point in runs if (result := self.periods(point))]
+        if results and len(results) == len(runs) and name in MEASURES:
+            return estimate(MEASURES[name], results, strata)
         numbers = [point.run.scalars.get(name, float("nan")) for point in runs if point.run]
         mean = sum(numbers) / len(numbers) if numbers else float("nan")
         return Estimate(mean, float("nan"), float("nan"))

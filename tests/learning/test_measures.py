@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rl_design_space.analysis.measures import MEANINGS, OF_CURVE, PER_PERIOD, measure
 from rl_design_space.analysis.statistics import resample_weights
+from rl_design_space.learning.measures import ALIASES, MEASURES, CurveMeasure, measure
 from tests.analysis.made_up import TRIALS, MadeUp
 
 EQUAL = np.full((1, 60), 1 / 60)
@@ -14,14 +14,18 @@ PLAIN = MadeUp(last=12.0, first=200.0, until=5, noise=0.0)
 
 
 def value(name: str, recorded: MadeUp = PLAIN) -> float:
-    return float(measure(name, recorded, EQUAL)[0])
+    return float(measure(name).samples(recorded, EQUAL)[0])
 
 
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
         ("total_steps", 5 * 200 + 15 * 12),
+        ("total_steps_scaled", (5 * 200 + 15 * 12) / 2),
         ("late_steps", 12),
+        ("failed_trials", 0),
+        ("failed_periods", 0),
+        ("final_steps_over_optimum", 1.2),
         ("final_over_optimum", 1.2),
         ("final_failed", 0),
         ("not_near_optimum", 1),
@@ -41,25 +45,42 @@ def test_failures_outliers_and_periods_away_from_the_optimum_are_shares():
     assert value("not_near_optimum", MadeUp(last=10.0, noise=0.0)) == 0
 
 
-def test_a_curve_is_settled_where_it_stays():
+def of_curve(name: str, curves: np.ndarray) -> np.ndarray:
+    found = MEASURES[name]
+    assert isinstance(found, CurveMeasure)
+    return found.of(curves)
+
+
+def test_a_curve_has_converged_where_it_stays():
     curves = np.array([[9.0, 1.0, 9.0, 1.0, 1.0], [1.0, 1.0, 1.0, 1.0, 1.0], [9.0, 9.0, 9.0, 9.0, 9.0]])
-    assert OF_CURVE["trials_to_optimum"](curves).tolist() == [3, 0, 5]
+    assert of_curve("trials_to_optimum", curves).tolist() == [3, 0, 5]
 
 
 def test_a_smooth_curve_is_less_rough():
     smooth, rough = np.exp(-np.linspace(0, 2, 50)) + 1, 1 + 0.5 * (np.arange(50) % 2)
-    assert OF_CURVE["roughness"](smooth) < OF_CURVE["roughness"](rough) / 10
-    assert OF_CURVE["roughness"](np.exp(np.arange(9.0))) == pytest.approx(0)
+    assert of_curve("roughness", smooth) < of_curve("roughness", rough) / 10
+    assert of_curve("roughness", np.exp(np.arange(9.0))) == pytest.approx(0)
 
 
-def test_every_measure_is_explained():
-    assert set(MEANINGS) == {*PER_PERIOD, *OF_CURVE}
+def test_another_name_is_the_same_measure():
+    assert {alias: measure(alias) for alias in ALIASES} == {alias: MEASURES[name] for alias, name in ALIASES.items()}
+    with pytest.raises(KeyError):
+        measure("totl_steps")
 
 
-@pytest.mark.parametrize("name", MEANINGS)
+@pytest.mark.parametrize("name", MEASURES)
+def test_a_measure_is_the_mean_of_its_periods_if_it_has_any(name: str):
+    each = measure(name).each(PLAIN)
+    assert (each is None) == isinstance(MEASURES[name], CurveMeasure)
+    if each is not None:
+        assert each.shape == (60,)
+        assert value(name) == pytest.approx(each.mean())
+
+
+@pytest.mark.parametrize("name", MEASURES)
 def test_resamples_scatter_around_the_value(name: str):
     weights = resample_weights(60)
-    samples = measure(name, MadeUp(noise=0.3), weights)
+    samples = measure(name).samples(MadeUp(noise=0.3), weights)
     assert samples.shape == (len(weights),)
     assert samples.min() <= value(name, MadeUp(noise=0.3)) <= samples.max()
 

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
 
-from rl_design_space.learning import LearningCurves
+from rl_design_space.design import DesignPoint, Task, Torus
+from rl_design_space.learning import LearningCurves, simulate
+from rl_design_space.learning.archive import read_arrays
+from rl_design_space.learning.measures import SCALARS
+from rl_design_space.learning.result import Kept, read_saved
 
 CAP = 100
 
@@ -157,3 +167,65 @@ def test_looking_at_curves_changes_nothing():
     assert curves != twin  # arrays make no truth value, so curves are equal only to themselves
     twin.to_frame()
     np.testing.assert_array_equal(twin.steps, curves.steps)
+
+
+POINT = DesignPoint(task=Task(goals=1, periods=2, trials=3), world=Torus(size=20))
+
+
+@st.composite
+def results(draw: st.DrawFn) -> LearningCurves:
+    """Results of any shape; steps around what fits into 16 bits, and as many as can be."""
+    periods, trials = shape = draw(array_shapes(min_dims=2, max_dims=2, max_side=6))
+    steps = st.integers(1, 9) | st.sampled_from([65_535, 65_536, 2**31 - 1])
+    return LearningCurves(
+        steps=draw(arrays(np.int32, shape, elements=steps)),
+        success=draw(arrays(np.bool_, shape)),
+        optimum=draw(arrays(np.int32, periods, elements=st.integers(1, 9))),
+        rows=draw(arrays(np.int32, (periods, 2), elements=st.integers(0, 99))),
+        epsilon=draw(arrays(np.float64, trials, elements=st.floats(0, 1))),
+        seconds=draw(st.floats(1e-3, 1e6)),
+        known_point=POINT,
+    )
+
+
+@settings(deadline=None)
+@given(result=results(), compress=st.booleans())
+def test_a_saved_result_is_loaded_bit_by_bit(result: LearningCurves, compress: bool):
+    file = BytesIO()
+    result.save(file, compress=compress)
+    again = LearningCurves.load(BytesIO(file.getvalue()), POINT, result.seconds)
+    for name in ("steps", "success", "optimum", "rows", "epsilon"):
+        one, other = getattr(again, name), getattr(result, name)
+        assert one.dtype == other.dtype
+        np.testing.assert_array_equal(one, other)
+    assert again.point is POINT
+    assert again.scalars() == result.scalars()
+    twin = BytesIO()
+    again.save(twin, compress=compress)
+    assert twin.getvalue() == file.getvalue()
+
+
+@pytest.mark.parametrize("keep", ["periods", "curves"])
+def test_a_file_holds_every_curve(tmp_path: Path, keep: Kept):
+    TWO_PERIODS.save(tmp_path / "result.npz", keep=keep)
+    saved = read_saved(tmp_path / "result.npz")
+    assert ("steps" in saved) == (keep == "periods")
+    for name, curve in TWO_PERIODS.curves.items():
+        np.testing.assert_array_equal(saved[name], curve)
+    assert {f"curve:{name}" for name in TWO_PERIODS.curves} <= set(read_arrays(tmp_path / "result.npz"))
+
+
+def test_a_file_of_curves_alone_is_not_loaded(tmp_path: Path):
+    TWO_PERIODS.save(tmp_path / "result.npz", keep="curves")
+    with pytest.raises(LookupError, match="learning curves alone"):
+        LearningCurves.load(tmp_path / "result.npz")
+
+
+def test_a_result_knows_its_point():
+    assert simulate(POINT).point is POINT
+    with pytest.raises(LookupError, match="without its design point"):
+        _ = TWO_PERIODS.point
+    known = replace(TWO_PERIODS, known_point=POINT)
+    assert known.scalars() == TWO_PERIODS.scalars((20, 20))
+    assert set(known.scalars()) == set(SCALARS)
+    assert "total_steps_scaled" not in TWO_PERIODS.scalars()
