@@ -49,8 +49,9 @@ def test_the_package_alone_imports_next_to_nothing():
 
 def test_every_public_name_is_there_and_offered():
     assert set(rl_design_space.__all__) <= set(dir(rl_design_space))
-    for name in rl_design_space.__all__:
-        assert getattr(rl_design_space, name) is not None
+    found = {name: getattr(rl_design_space, name) for name in rl_design_space.__all__}
+    assert found.pop("__version__").count(".") == 2
+    assert {name: component.__name__ for name, component in found.items()} == {name: name for name in found}
     with pytest.raises(AttributeError, match="no attribute 'Directions'"):
         rl_design_space.Directions  # noqa: B018
 

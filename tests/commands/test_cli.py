@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.command_runner import Command, Completed, commands_in, finished, next_line, runs, started, wait_until
+from tests.tracking.stores import copy_database
 
 SMALL = ("task.periods=3", "task.trials=5")
 SMALL_TABLE = (*SMALL, "world.size=10,20", "task.goals=1")
@@ -49,8 +50,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def command(folder: Path) -> Command:
+def command(folder: Path, empty_database: Path) -> Command:
     run = commands_in(folder)
+    copy_database(empty_database, folder / "out" / "mlflow.db")
     (folder / "own" / "mine.py").write_text(OWN_MODULE, encoding="utf-8")
     return run
 

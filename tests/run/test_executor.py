@@ -54,6 +54,7 @@ def test_points_are_taken_only_when_they_can_begin():
         for ended, _ in enumerate(results, 1):
             # Those that have ended and wait to be fetched, and those under way.
             assert len(taken) <= ended + 2 * threads + 2 * threads
+    assert ended == len(range(4, 40))
 
 
 def test_nothing_at_the_moment_is_not_the_end():

@@ -9,6 +9,7 @@ import pytest
 
 from tests.command_runner import finished
 from tests.run.kills import Store, killed_until_done, start
+from tests.tracking.stores import copy_database
 
 POINTS = 60
 TINY = ("task.periods=3", "task.trials=20", f"seed=range(0,{POINTS})")
@@ -19,7 +20,7 @@ def stored(folder: Path) -> Store:
 
 
 def test_killed_sweeps_lose_no_point_and_double_none(tmp_path: Path):
-    figures = killed_until_done(tmp_path, TINY, POINTS, kills=6, seed=1)
+    figures = killed_until_done(tmp_path, TINY, POINTS, kills=5, seed=1)
     store = stored(tmp_path)
     assert figures.kills > 1
     assert figures.stages["some"] > 0
@@ -33,16 +34,18 @@ def test_killed_sweeps_lose_no_point_and_double_none(tmp_path: Path):
 
 
 @pytest.mark.parametrize("new", [True, False], ids=["new store", "old store"])
-def test_two_sweeps_at_once_share_the_points(tmp_path: Path, new: bool):
+def test_two_sweeps_at_once_share_the_points(tmp_path: Path, empty_database: Path, new: bool):
     if not new:
-        assert finished(start(tmp_path, "task.periods=2", "seed=1")).stderr == ""
+        copy_database(empty_database, tmp_path / "outputs" / "mlflow.db")
     both = [start(tmp_path, *TINY) for _ in range(2)]
     ended = [finished(process) for process in both]
     assert [done.returncode for done in ended] == [0, 0], ended
     store = stored(tmp_path)
-    expected = POINTS + (not new)
-    assert len(store.finished()) == expected
-    assert store.statuses() == {"FINISHED": expected}
+    assert store.finished() == Counter(dict.fromkeys(store.finished(), 1))
+    assert store.statuses() == {"FINISHED": POINTS}
+    assert store.incomplete() == 0
+    assert store.sweeps() == ["FINISHED"] * 2
+    assert not list((tmp_path / "outputs" / "spool").glob("*/*.record"))
     # Each says of all points what became of them, and together they have learned each once.
     learned = [int(done.stdout.split(" learned now")[0].split()[-1]) for done in ended]
     assert sum(learned) == POINTS

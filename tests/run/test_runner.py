@@ -164,7 +164,7 @@ def test_a_failure_in_learning_counts_as_one_in_recording(study, where: str, mon
     monkeypatch.setattr(f"rl_design_space.learning.simulation.Learning.{where}", fail)
     outcome, memory = swept(study(4, 5), MemoryTracker(), threads=2)
     assert outcome.counts == counts(failed=2)
-    assert all(isinstance(result, ArithmeticError) for result in memory.results.values())
+    assert [type(result) for result in memory.results.values()] == [ArithmeticError] * 2
 
 
 @pytest.mark.parametrize("interruption", [KeyboardInterrupt, SystemExit])

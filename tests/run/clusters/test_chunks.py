@@ -105,6 +105,7 @@ def test_points_are_taken_no_earlier_than_workers_can_begin():
     cluster = Played()
     for ended, _ in enumerate(learn_in_chunks(cluster, points(), 1), 1):
         assert len(taken) <= ended + 2 * cluster.workers + 1
+    assert ended == len(range(4, 40))
 
 
 def test_nothing_at_the_moment_is_not_the_end():
@@ -112,10 +113,8 @@ def test_nothing_at_the_moment_is_not_the_end():
 
 
 def test_when_a_worker_dies_its_points_are_learned_elsewhere():
-    assert all(
-        isinstance(curves, LearningCurves)
-        for curves in learned(Played(deadly={5: 1}), [point(4), point(5)], 2).values()
-    )
+    found = learned(Played(deadly={5: 1}), [point(4), point(5)], 2)
+    assert {size: type(curves) for size, curves in found.items()} == {4: LearningCurves, 5: LearningCurves}
 
 
 def test_a_point_that_kills_every_worker_is_given_up_and_the_others_are_not():
