@@ -8,8 +8,8 @@ import sqlite3
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Callable, Mapping
-from contextlib import closing, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from threading import Timer
 from time import monotonic, sleep
@@ -23,7 +23,7 @@ SCRIPTS = Path(sysconfig.get_path("scripts"))
 _OTHERS = ("HYDRA_", "MLFLOW_", "RL_DESIGN_SPACE_")
 
 #: Seconds that a test waits for a process, or for something to happen, before it fails.
-PATIENCE = 120
+PATIENCE = 240
 
 Completed = subprocess.CompletedProcess[str]
 Command = Callable[..., Completed]
@@ -36,17 +36,27 @@ def environment(folder: Path, **more: str) -> dict[str, str]:
     return {**inherited, **own, **more}
 
 
-def started(folder: Path, *words: str) -> subprocess.Popen[str]:
-    """Start rl-design-space in a folder; Ctrl-C reaches it even where these tests run in the background."""
-    return subprocess.Popen(
+@contextmanager
+def started(folder: Path, *words: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
+    """Start rl-design-space in a folder, and kill it if it still runs when the test no longer needs it.
+
+    Ctrl-C reaches it even where these tests run in the background.
+    """
+    process = subprocess.Popen(
         [str(SCRIPTS / "rl-design-space"), *words],
         cwd=folder,
-        env=environment(folder),
+        env=environment(folder, **variables),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=heed_interrupts,
     )
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait(PATIENCE)
 
 
 def heed_interrupts() -> None:

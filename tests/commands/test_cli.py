@@ -214,20 +214,19 @@ def test_the_closing_table_leaves_nothing_out(failing: Completed):
 
 def test_an_interrupted_study_ends_as_killed_and_goes_on_later(default_run: Completed, command: Command, folder: Path):
     words = ("study=table4", *SMALL, *OWN, "task.goals=1", "world.size=5,6", "outputs=out", "threads=1")
-    process = started(folder, *words, "world._target_=mine.Endless")
-    assert next_line(process, "stderr") == "endless\n"
 
     def recorded() -> list[tuple[str, str]]:
         return [run for run in runs(folder) if "mine.Endless" in run[0]]
 
-    # The larger one was learned before; it may take a moment to be recorded.
-    wait_until(lambda: "FINISHED" in dict(recorded()).values(), process)
-    process.send_signal(signal.SIGINT)
-    done = finished(process)
-    err = done.stderr
-    assert done.returncode == 130, done.stdout + err
-    assert err.splitlines()[-1].startswith("interrupted; the same command goes on")
-    assert "Traceback" not in err
+    with started(folder, *words, "world._target_=mine.Endless") as process:
+        assert next_line(process, "stderr") == "endless\n"
+        # The larger one was learned before; it may take a moment to be recorded.
+        wait_until(lambda: "FINISHED" in dict(recorded()).values(), process)
+        process.send_signal(signal.SIGINT)
+        done = finished(process)
+    assert done.returncode == 130, done
+    assert done.stderr.splitlines()[-1].startswith("interrupted; the same command goes on")
+    assert "Traceback" not in done.stderr
     assert runs(folder, "sweeps")[-1] == ("table4", "KILLED")
     # What was learned before is kept.
     assert [status for _, status in recorded()] == ["FINISHED"]

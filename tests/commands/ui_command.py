@@ -24,12 +24,12 @@ def ui_of(folder: Path, outputs: str) -> Iterator[dict[str, str]]:
         The addresses that it names, by what they are links to.
     """
     port = free_port()
-    command = started(folder, "ui", f"outputs={outputs}", "--port", str(port))
-    try:
-        yield _links(command)
-    finally:
-        command.send_signal(signal.SIGTERM)
-        done = finished(command)
+    with started(folder, "ui", f"outputs={outputs}", "--port", str(port)) as command:
+        try:
+            yield _links(command)
+        finally:
+            command.send_signal(signal.SIGTERM)
+            done = finished(command)
     assert (done.returncode, done.stderr) == (0, "")
     assert _processes_about(port) == []
 

@@ -15,7 +15,7 @@ from time import sleep
 
 import pytest
 
-from tests.command_runner import PATIENCE, SCRIPTS, commands_in, environment, finished, output_of, wait_until
+from tests.command_runner import PATIENCE, commands_in, finished, output_of, started, wait_until
 from tests.run.kills import Store
 from tests.tracking.faults import Sabotage
 from tests.tracking.stores import copy_database
@@ -76,20 +76,14 @@ def test_a_sweep_that_is_killed_at_every_stage_is_gone_on_with(folder: Path):
 
 
 def test_a_locked_database_is_waited_for(folder: Path):
-    process = subprocess.Popen(
-        [str(SCRIPTS / "rl-design-space"), *SWEEP],
-        cwd=folder,
-        env=environment(folder),
-        stdout=subprocess.PIPE,
-        text=True,
-    )
     store = Store(folder / "out" / "mlflow.db")
-    wait_until(store.statuses, process)
-    with closing(sqlite3.connect(store.database, isolation_level=None, timeout=30)) as other:
-        other.execute("BEGIN EXCLUSIVE")
-        sleep(6)
-        other.execute("ROLLBACK")
-    done = finished(process)
+    with started(folder, *SWEEP) as process:
+        wait_until(store.statuses, process)
+        with closing(sqlite3.connect(store.database, isolation_level=None, timeout=30)) as other:
+            other.execute("BEGIN EXCLUSIVE")
+            sleep(6)
+            other.execute("ROLLBACK")
+        done = finished(process)
     assert done.returncode == 0, done.stdout
     check(folder)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +13,7 @@ from time import sleep
 import pytest
 import requests
 
-from tests.command_runner import PATIENCE, SCRIPTS, Completed, commands_in, environment, finished, wait_until
+from tests.command_runner import PATIENCE, Completed, commands_in, finished, started, wait_until
 from tests.servers import MlflowServer, Postgres, needs_postgres
 from tests.service import free_port
 from tests.tracking.stores import import_mlflow
@@ -211,17 +210,13 @@ def test_postgresql_without_a_server(postgres: Postgres, command, tmp_path: Path
     assert re.search("access denied: .*PGPASSWORD", done.stderr)
     assert "password authentication failed" in command(*TINY, SEEDS, *store, PGPASSWORD="wrong", status=2).stderr
     # Two at once find an empty database: one of them makes its tables, the other waits.
-    words = [str(SCRIPTS / "rl-design-space"), *TINY, *store, "outputs=out"]
-    both = [
-        subprocess.Popen(
-            [*words, f"seed={seed}"], cwd=tmp_path, env=environment(tmp_path, PGPASSWORD=password),
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        )
-        for seed in (1, 2)
-    ]  # fmt: skip
-    for process in both:
-        done = finished(process)
-        assert done.returncode == 0, done.stdout
+    words = (*TINY, *store, "outputs=out")
+    with (
+        started(tmp_path, *words, "seed=1", PGPASSWORD=password) as one,
+        started(tmp_path, *words, "seed=2", PGPASSWORD=password) as other,
+    ):
+        for done in map(finished, (one, other)):
+            assert done.returncode == 0, done.stdout + done.stderr
     done = command(*TINY, SEEDS, *store, PGPASSWORD=password)
     assert "1 learned now, 2 before" in done.stdout
     monkeypatch.setenv("PGPASSWORD", password)

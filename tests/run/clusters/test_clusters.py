@@ -75,10 +75,11 @@ def results(folder: Path, outputs: str) -> dict[str, tuple[bytes, bytes]]:
 
 def test_a_cluster_gives_the_same_bits_even_when_a_worker_is_killed(launcher: str, command: Command, folder: Path):
     words = (*SWEEP, "world._target_=mine.Waiting", "threads=2")
-    process = started(folder, *words, f"hydra/launcher={launcher}", "hydra.launcher.chunk=2", "outputs=out/there")
-    wait_until((folder / "out" / "worker").exists, process)
-    os.kill(int((folder / "out" / "worker").read_text()), signal.SIGKILL)
-    done = finished(process)
+    there = (f"hydra/launcher={launcher}", "hydra.launcher.chunk=2", "outputs=out/there")
+    with started(folder, *words, *there) as process:
+        wait_until((folder / "out" / "worker").exists, process)
+        os.kill(int((folder / "out" / "worker").read_text()), signal.SIGKILL)
+        done = finished(process)
     assert (done.returncode, done.stderr) == (0, ""), done
     assert f"2 {launcher.removeprefix('design_').capitalize()} workers" in done.stdout
     assert "6 learned now, 0 before, 0 failed" in done.stdout
@@ -101,10 +102,10 @@ def test_a_point_that_fails_fails_alone(launcher: str, command: Command, folder:
 def test_an_interruption_ends_workers_and_all(launcher: str, command: Command, folder: Path):
     (folder / "out" / "worker").unlink(missing_ok=True)
     words = [*SWEEP, "world._target_=mine.Waiting", f"hydra/launcher={launcher}", "threads=2"]
-    process = started(folder, *words, "outputs=out/interrupted")
-    wait_until((folder / "out" / "worker").exists, process)
-    process.send_signal(signal.SIGINT)
-    done = finished(process)
+    with started(folder, *words, "outputs=out/interrupted") as process:
+        wait_until((folder / "out" / "worker").exists, process)
+        process.send_signal(signal.SIGINT)
+        done = finished(process)
     assert done.returncode == 130, done
     assert done.stderr.splitlines()[-1].startswith("interrupted; the same command goes on")
     assert "Traceback" not in done.stderr
