@@ -123,17 +123,30 @@ def test_a_report_of_no_recorded_point_is_refused_and_replaces_nothing(command: 
     assert (report / "index.html").read_bytes() == page
 
 
-def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command, report: Path, folder: Path):
-    # A few points of a seed that nobody has run.
-    command("rl-design-space", "study=paper", *SMALL, "seed=77", "shard=1/40")
-    said = command("rl-design-report", "all", *SMALL, "seed=77")
-    assert re.search(r"^missing: 4\d\d of 476 points; `rl-design-space study=paper .*` makes them$", said.stderr, re.M)
-    html = (folder / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    assert "issing" in html
-    for name in SECTIONS:
-        text = (folder / "out" / "report" / f"{name}.md").read_text(encoding="utf-8")
-        if "rl-design-space study=" in text:
-            assert f"rl-design-space study={name} " in text
+#: A page of some of the sections.
+SHORT = """
+includes: [table4, fig2, claims]
+report:
+  _target_: rl_design_space.report.Page
+  title: Short
+  sections: [table4, fig2, claims]
+  verdicts: claims
+  ui: http://127.0.0.1:5000
+"""
+
+
+def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command, folder: Path):
+    (folder / "own" / "conf" / "study").mkdir(parents=True)
+    (folder / "own" / "conf" / "study" / "short.yaml").write_text(SHORT, encoding="utf-8")
+    config, outputs = ("--config-dir", "own/conf"), "out/incomplete"
+    command("rl-design-space", *config, "study=short", *SMALL, "shard=1/10", outputs=outputs)
+    said = command("rl-design-report", *config, "short", *SMALL, outputs=outputs)
+    makes = r"`rl-design-space --config-dir own/conf study=short .*`"
+    assert re.search(rf"^missing: 1[56]\d of 176 points; {makes} makes them$", said.stderr, re.M)
+    written = folder / outputs / "report"
+    assert "issing" in (written / "index.html").read_text(encoding="utf-8")
+    for name in ("table4", "fig2", "claims"):
+        assert f"rl-design-space study={name} " in (written / f"{name}.md").read_text(encoding="utf-8")
 
 
 @needs_browser
