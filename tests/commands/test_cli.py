@@ -6,12 +6,12 @@ import csv
 import shlex
 import signal
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
-from tests.command_runner import Command, Completed, commands_in, runs, started
+from tests.command_runner import Command, Completed, commands_in, finished, next_line, runs, started, wait_until
+from tests.tracking.stores import copy_database
 
 SMALL = ("task.periods=3", "task.trials=5")
 SMALL_TABLE = (*SMALL, "world.size=10,20", "task.goals=1")
@@ -38,7 +38,7 @@ class Endless(Torus):
     def next_cell(self):
         if self.size == 5 and threading.current_thread() is not threading.main_thread():  # which plans
             print("endless", file=sys.stderr, flush=True)
-            threading.Event().wait()
+            threading.Event().wait(600)
         return super().next_cell()
 """
 
@@ -50,8 +50,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def command(folder: Path) -> Command:
+def command(folder: Path, empty_database: Path) -> Command:
     run = commands_in(folder)
+    copy_database(empty_database, folder / "out" / "mlflow.db")
     (folder / "own" / "mine.py").write_text(OWN_MODULE, encoding="utf-8")
     return run
 
@@ -213,17 +214,19 @@ def test_the_table_of_failures_wraps_and_truncates_nothing(failing: Completed):
 
 def test_an_interrupted_study_is_killed_and_continues_later(default_run: Completed, command: Command, folder: Path):
     words = ("study=table4", *SMALL, *OWN, "task.goals=1", "world.size=5,6", "outputs=out", "threads=1")
-    process = started(folder, *words, "world._target_=mine.Endless")
-    assert process.stderr.readline() == "endless\n"
-    # The larger point was learned first; wait until it is recorded.
-    while not (recorded := [run for run in runs(folder) if "mine.Endless" in run[0] and run[1] == "FINISHED"]):
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 130, out + err
-    assert err.splitlines()[-1].startswith("interrupted; run the same command again")
-    assert "Traceback" not in err
+
+    def recorded() -> list[tuple[str, str]]:
+        return [run for run in runs(folder) if "mine.Endless" in run[0]]
+
+    with started(folder, *words, "world._target_=mine.Endless") as process:
+        assert next_line(process, "stderr") == "endless\n"
+        # The larger one was learned before; it may take a moment to be recorded.
+        wait_until(lambda: "FINISHED" in dict(recorded()).values(), process)
+        process.send_signal(signal.SIGINT)
+        done = finished(process)
+    assert done.returncode == 130, done
+    assert done.stderr.splitlines()[-1].startswith("interrupted; run the same command again")
+    assert "Traceback" not in done.stderr
     assert runs(folder, "sweeps")[-1] == ("table4", "KILLED")
-    # Recorded points are kept.
-    assert [run for run in runs(folder) if "mine.Endless" in run[0]] == recorded
-    assert len(recorded) == 1
+    # What was learned before is kept.
+    assert [status for _, status in recorded()] == ["FINISHED"]

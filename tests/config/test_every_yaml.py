@@ -84,5 +84,8 @@ def test_a_study_has_points_and_all_of_them_build(name: str):
 @pytest.mark.parametrize("name", STUDIES_WITH_REPORT)
 def test_the_report_of_a_study_builds(name: str):
     with shipped_config():
-        report = load_study(name, ()).report()
-    assert callable(report.write)
+        study = load_study(name, ())
+        report = study.report()
+    described = study.config.study.report
+    assert type(report) is resolve_name(described._target_)
+    assert report.title == described.title

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import pytest
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.planner import Planner, plan_point
 from rl_design_space.run.settings import build_settings
+from tests.command_runner import python
 
 OPTION = "name exactly one option"
 SIZE = "a size is a whole number of at least 2, or two of them, [dx, dy]"
@@ -190,8 +188,7 @@ def test_the_error_of_a_broken_module_is_quoted(tmp_path, monkeypatch: pytest.Mo
 def test_config_errors_are_value_errors_and_need_nothing_heavy():
     assert issubclass(ConfigError, ValueError)
     program = "import sys; import rl_design_space.errors; print('hydra' in sys.modules, 'pydantic' in sys.modules)"
-    output = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
-    assert output.split() == ["False", "False"]
+    assert python(program).split() == ["False", "False"]
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from rl_design_space.commands import words as command_words
+from tests.command_runner import PATIENCE
 
 #: Modules that take seconds to import and that no command here needs.
 SLOW = {"mlflow", "numba", "pandas", "seaborn"}
@@ -44,7 +45,7 @@ def command(tmp_path: Path) -> Command:
             env={**inherited, "IMPORTED": str(imported), "COLUMNS": "200", "NO_COLOR": "1", **variables},
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=PATIENCE,
         )
         assert done.returncode == status, done.stdout + done.stderr
         assert list(folder.iterdir()) == []

@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from hydra.version import VersionBase
 from packaging.version import Version
 
 from rl_design_space._paths import CONF, make_plugins_known
+from tests.command_runner import output_of
 
 # The applications of the suites set no Hydra version, of which Hydra warns.
 pytestmark = pytest.mark.filterwarnings("ignore:(?s).*Future Hydra versions will no longer change working directory")
@@ -69,8 +69,5 @@ def test_an_application_with_an_earlier_hydra_version_runs_unchanged(tmp_path: P
     # Hydra 1.1 ran each job in its own folder.
     (tmp_path / "application.py").write_text(OLD_APPLICATION, encoding="utf-8")
     flags = ["-m", SEARCHPATH, "hydra/launcher=design", "hydra.sweep.dir=there"]
-    done = subprocess.run(
-        [sys.executable, "application.py", *flags], cwd=tmp_path, capture_output=True, text=True, timeout=60
-    )
-    assert done.returncode == 0, done.stderr
-    assert f"runs in {tmp_path}/there/0" in done.stdout.splitlines()
+    written = output_of(sys.executable, "application.py", *flags, cwd=tmp_path)
+    assert f"runs in {tmp_path}/there/0" in written.splitlines()

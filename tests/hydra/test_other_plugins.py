@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.command_runner import SCRIPTS, environment
+from tests.command_runner import PATIENCE, SCRIPTS, environment
 from tests.tracking.stores import copy_database
 
 SMALL = ("task.periods=2", "task.trials=3")
@@ -114,13 +114,13 @@ def done(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Iter
         copy_database(empty_database, folder / outputs / "mlflow.db")
         full = [str(SCRIPTS / "rl-design-space"), *COMMANDS[name], f"outputs={outputs}", "threads=1"]
         completed = subprocess.run(
-            full, cwd=folder, env=environment(folder), capture_output=True, text=True, timeout=120
+            full, cwd=folder, env=environment(folder), capture_output=True, text=True, timeout=PATIENCE
         )
         return Done(completed, folder / outputs)
 
     with ThreadPoolExecutor(2) as pool:
         futures: dict[str, Future[Done]] = {name: pool.submit(run, name) for name in COMMANDS}
-        yield lambda name: futures[name].result()
+        yield lambda name: futures[name].result(timeout=len(COMMANDS) * PATIENCE)
         pool.shutdown(cancel_futures=True)
 
 

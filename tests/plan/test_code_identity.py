@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import make_dataclass
@@ -19,6 +18,7 @@ from rl_design_space.plan.code_identity import code_identity
 from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.plan.source_files import code, modules_beside
+from tests.command_runner import python
 
 MODULE = '''"""A schedule."""
 from dataclasses import dataclass
@@ -158,9 +158,8 @@ def test_the_identity_is_the_same_in_another_process(of: Of, tmp_path: Path):
         "from rl_design_space.plan.code_identity import code_identity; import own_level; "
         "print(code_identity(own_level.Level))"
     )
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    there = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment)
-    assert there.stdout.strip() == here
+    there = python(program, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    assert there.strip() == here
 
 
 def test_only_modules_of_the_same_installed_package_count(tmp_path: Path):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import string
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, is_dataclass, make_dataclass, replace
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -20,6 +18,7 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.plan.planner import Planner
+from tests.command_runner import python
 
 #: Kernel version, and the fingerprint of the default point under it.
 GOLDEN = (1, "ef0d1761b43fe76c45d030a54f963b74837b5aa94e15676d7908dce9238e27a5")
@@ -64,16 +63,7 @@ def test_the_fingerprint_is_the_same_in_another_process(of: Of):
         "print(fingerprint(DesignPoint(representation=Direction(), msa=MultiStepActions(lengths=(3, 2)))))"
     )
     # Each process has its own hash seed, so the order of a set must not matter.
-    found = [
-        subprocess.run(
-            [sys.executable, "-c", program],
-            capture_output=True,
-            text=True,
-            check=True,
-            env={**os.environ, "PYTHONHASHSEED": seed},
-        ).stdout.strip()
-        for seed in ("1", "2")
-    ]
+    found = [python(program, env={**os.environ, "PYTHONHASHSEED": seed}).strip() for seed in ("1", "2")]
     assert found == [of("representation=direction", "msa.lengths=[3,2]")] * 2
 
 

@@ -92,13 +92,16 @@ def test_a_forced_override_replaces_a_sweep(table4):
 
 @pytest.mark.parametrize("overrides", [(), ("world.size=5", "outputs=elsewhere"), ("task.trials=${task.goals}",)])
 def test_the_command_of_a_planned_point_describes_the_same_point(table4, overrides: tuple[str, ...], planner: Planner):
-    for planned in table4("task.goals=2", *overrides).plan:
+    plan = table4("task.goals=2", *overrides).plan
+    assert plan
+    for planned in plan:
         assert planner(planned.overrides).fingerprint == planned.fingerprint
 
 
 def test_settings_reach_the_study_and_the_command_of_every_point(table4):
     study = table4("outputs=elsewhere", "threads=1", "world.size=5")
     assert (study.config.outputs, study.config.threads) == ("elsewhere", 1)
+    assert study.plan
     assert all("outputs=elsewhere threads=1" in planned.command for planned in study.plan)
     assert all("outputs" not in planned.name for planned in study.plan)
 
@@ -328,7 +331,7 @@ def test_a_study_may_include_others(planner: Planner):
     parts = [load_study(name, ("task.periods=5",), planner).plan for name in ("table4", "table2")]
     assert {p.fingerprint for p in found} == {p.fingerprint for part in parts for p in part}
     assert found.studies == ("both", "table4", "table2")
-    assert all(p.studies[0] == "both" for p in found)
+    assert {p.studies[0] for p in found} == {"both"}
     assert {p.point.task.periods for p in found} == {5}
 
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic, sleep
 
+from tests.command_runner import PATIENCE, finished
+
 COMMAND = Path(sysconfig.get_path("scripts")) / "rl-design-space"
-#: Seconds that the last sweep, which is not killed, may take.
-_PATIENCE = 120
 
 
 @dataclass
@@ -90,7 +90,7 @@ def killed_until_done(folder: Path, words: tuple[str, ...], points: int, kills: 
         process = start(folder, *words)
         begun, wait = monotonic(), chance.uniform(0.2, 6)
         if figures.kills % 2:
-            while store.statuses() == before and process.poll() is None and monotonic() - begun < _PATIENCE:
+            while store.statuses() == before and process.poll() is None and monotonic() - begun < PATIENCE:
                 sleep(0.005)
             wait = chance.uniform(0, 1)
             begun = monotonic()
@@ -101,8 +101,7 @@ def killed_until_done(folder: Path, words: tuple[str, ...], points: int, kills: 
             figures.kills += 1
             after = store.statuses()
             figures.stages["none" if not after else "all" if after["FINISHED"] == points else "some"] += 1
-        process.communicate()
-    process = start(folder, *words)
-    out, err = process.communicate(timeout=_PATIENCE)
-    assert process.returncode == 0, out + err
+        finished(process)
+    done = finished(start(folder, *words))
+    assert done.returncode == 0, done.stdout + done.stderr
     return figures

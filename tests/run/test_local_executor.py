@@ -51,6 +51,7 @@ def test_points_are_taken_only_when_they_can_start():
         for ended, _ in enumerate(results, 1):
             # Queued results and points in progress.
             assert len(taken) <= ended + 2 * threads + 2 * threads
+    assert ended == len(range(4, 40))
 
 
 def test_none_is_not_the_end_of_the_points():
@@ -65,7 +66,7 @@ def test_threads_without_a_point_help_with_those_in_progress(monkeypatch: pytest
 
     def together(self: simulation.Learning) -> None:
         helpers.add(threading.current_thread().name)
-        both.wait()
+        both.wait(timeout=30)
         work(self)
 
     monkeypatch.setattr(simulation.Learning, "_work", together)

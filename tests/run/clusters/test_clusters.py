@@ -5,16 +5,14 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
-import subprocess
 import sys
-import time
 from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.command_runner import Command, commands_in, runs, started
+from tests.command_runner import Command, commands_in, finished, runs, started, wait_until
 
 LAUNCHERS = ("design_dask", "design_ray")
 SWEEP = ("-m", "task.periods=3", "task.trials=5", "representation=ad_hoc,direction", "world.size=4,5,6")
@@ -75,22 +73,16 @@ def results(folder: Path, outputs: str) -> dict[str, tuple[bytes, bytes]]:
     return {name: (array["steps"].tobytes(), array["success"].tobytes()) for name, array in arrays.items()}
 
 
-def waiting_for(path: Path, process: subprocess.Popen[str]) -> None:
-    while not path.exists():
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.05)
-
-
 def test_a_cluster_gives_identical_results_even_when_a_worker_is_killed(launcher: str, command: Command, folder: Path):
     words = (*SWEEP, "world._target_=mine.Waiting", "threads=2")
-    process = started(folder, *words, f"hydra/launcher={launcher}", "hydra.launcher.chunk=2", "outputs=out/there")
-    waiting_for(folder / "out" / "worker", process)
-    os.kill(int((folder / "out" / "worker").read_text()), signal.SIGKILL)
-    out, err = process.communicate(timeout=120)
-    assert process.returncode == 0, out + err
-    assert err == ""
-    assert f"2 {launcher.removeprefix('design_').capitalize()} workers" in out
-    assert "6 learned now, 0 before, 0 failed" in out
+    there = (f"hydra/launcher={launcher}", "hydra.launcher.chunk=2", "outputs=out/there")
+    with started(folder, *words, *there) as process:
+        wait_until((folder / "out" / "worker").exists, process)
+        os.kill(int((folder / "out" / "worker").read_text()), signal.SIGKILL)
+        done = finished(process)
+    assert (done.returncode, done.stderr) == (0, ""), done
+    assert f"2 {launcher.removeprefix('design_').capitalize()} workers" in done.stdout
+    assert "6 learned now, 0 before, 0 failed" in done.stdout
     assert runs(folder, "sweeps", "out/there") == [("sweep", "FINISHED")]
     command("rl-design-space", *words, outputs="out/here")
     here = results(folder, "out/here")
@@ -110,18 +102,15 @@ def test_a_failed_point_does_not_stop_the_others(launcher: str, command: Command
 def test_an_interruption_ends_all_workers(launcher: str, command: Command, folder: Path):
     (folder / "out" / "worker").unlink(missing_ok=True)
     words = [*SWEEP, "world._target_=mine.Waiting", f"hydra/launcher={launcher}", "threads=2"]
-    process = started(folder, *words, "outputs=out/interrupted")
-    waiting_for(folder / "out" / "worker", process)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 130, out + err
-    assert err.splitlines()[-1].startswith("interrupted; run the same command again")
-    assert "Traceback" not in err
+    with started(folder, *words, "outputs=out/interrupted") as process:
+        wait_until((folder / "out" / "worker").exists, process)
+        process.send_signal(signal.SIGINT)
+        done = finished(process)
+    assert done.returncode == 130, done
+    assert done.stderr.splitlines()[-1].startswith("interrupted; run the same command again")
+    assert "Traceback" not in done.stderr
     worker = int((folder / "out" / "worker").read_text())
-    deadline = time.monotonic() + 60
-    while _lives(worker):
-        assert time.monotonic() < deadline, "the worker lives on"
-        time.sleep(0.1)
+    wait_until(lambda: not _lives(worker))
     assert runs(folder, "sweeps", "out/interrupted")[-1] == ("sweep", "KILLED")
 
 
