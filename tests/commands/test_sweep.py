@@ -108,7 +108,7 @@ def test_one_block_can_be_left_out(command: Command):
     assert "representation" not in done.stdout
 
 
-def test_on_error_stop_stops_a_sweep_at_the_first_failure(
+def test_on_error_stop_stops_at_the_first_failure(
     command: Command, new_store: Callable[[str], str], folder: Path
 ):
     words = ("-m", *SMALL, "world._target_=fragile.Fragile", "seed=range(0,50)", "on_error=stop", "threads=1")
