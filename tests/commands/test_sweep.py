@@ -108,9 +108,7 @@ def test_one_block_can_be_left_out(command: Command):
     assert "representation" not in done.stdout
 
 
-def test_on_error_stop_stops_at_the_first_failure(
-    command: Command, new_store: Callable[[str], str], folder: Path
-):
+def test_on_error_stop_stops_at_the_first_failure(command: Command, new_store: Callable[[str], str], folder: Path):
     words = ("-m", *SMALL, "world._target_=fragile.Fragile", "seed=range(0,50)", "on_error=stop", "threads=1")
     done = command("rl-design-space", *words, status=1, outputs=new_store("out/stopped"))
     assert "RuntimeError: no floor in 10" in done.stdout

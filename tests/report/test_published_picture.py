@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from rl_design_space.analysis.published import compare_with_published
-from rl_design_space.report import heatmap
-from rl_design_space.report.markdown import published_table_text
+from rl_design_space.report.base import MAIN
+from rl_design_space.report.runs import Runs
 from tests.report.conftest import MISSING, PUBLISHED, Small
 
 GREY = (0.299, 0.587, 0.114)
@@ -28,7 +28,7 @@ def pictured(small: Small) -> Iterator:
     figures: list[Figure] = []
 
     def draw(cells: pd.DataFrame) -> Figure:
-        figures.append(heatmap.draw(cells, small.table))
+        figures.append(small.table.draw({MAIN: cells}))
         return figures[-1]
 
     yield draw
@@ -174,7 +174,7 @@ def test_every_text_fits_into_its_cell(pictured):
 
 
 def test_missing_cells_are_hatched_and_show_the_paper_only(pictured, small: Small):
-    figure = pictured(small.table.frame(small.study.plan, small.reader))
+    figure = pictured(small.table.frames(Runs.of_study(small.study, small.reader))[MAIN])
     for axis, panel in zip(figure.axes[: len(PUBLISHED)], PUBLISHED, strict=True):
         hatched = {
             (int(patch.get_y()), int(patch.get_x()))
@@ -192,8 +192,7 @@ def test_missing_cells_are_hatched_and_show_the_paper_only(pictured, small: Smal
 def test_a_table_of_which_nothing_was_measured_is_hatched_all_over(pictured, small: Small):
     figure = pictured(made_up())
     assert [sum(bool(patch.get_hatch()) for patch in axis.patches) for axis in figure.axes[:2]] == [6, 6]
-    text = published_table_text(small.study, made_up(), small.table)
-    assert "**Missing: 12 of 12 cells**" in text
+    assert small.table.text({MAIN: made_up()})[0].count("| missing") == 12
 
 
 @pytest.mark.parametrize("measured", [[500.0] * 12, [np.nan] * 11 + [500.0]], ids=["all equal", "only one"])
@@ -207,13 +206,13 @@ def test_one_period_shows_no_interval(pictured, small: Small):
     cells = full(range(100, 112)).assign(ci_low=np.nan, ci_high=np.nan)
     figure = pictured(cells)
     assert not [text for axis in figure.axes for text in axis.texts if "nan" in text.get_text()]
-    assert "nan" not in published_table_text(small.study, cells, small.table)
+    assert "nan" not in "".join(small.table.text({MAIN: cells}))
 
 
 def test_sizes_that_are_lists_can_be_drawn(small: Small):
     # A world of [4, 5] has no single number for a size.
     table = replace(small.table, published={"ad_hoc": {"[4, 5]": {1: 100.0}}})
     cells = full(range(100, 112)).head(1).assign(size="[4, 5]")
-    figure = heatmap.draw(cells, table)
+    figure = table.draw({MAIN: cells})
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["[4, 5]"]
     mpl.pyplot.close(figure)
