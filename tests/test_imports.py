@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +9,7 @@ import yaml
 
 import rl_design_space
 from rl_design_space._paths import CONF
+from tests.command_runner import python
 
 ROOT = Path(__file__).parents[1]
 
@@ -20,10 +19,7 @@ HEAVY = {"gymnasium", "hydra", "omegaconf", "mlflow", "pandas", "seaborn", "matp
 def imported_by(statements: str) -> set[str]:
     """Return the top-level modules that a new interpreter has imported after these statements."""
     program = f"import sys\n{statements}\nprint(*{{name.partition('.')[0] for name in sys.modules}})"
-    output = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout
-    return set(output.split())
+    return set(python(program, cwd=ROOT).split())
 
 
 @pytest.mark.parametrize("package", ["rl_design_space.design", "rl_design_space.learning"])
@@ -53,8 +49,9 @@ def test_the_package_alone_imports_no_numerical_library():
 
 def test_every_public_name_exists_and_is_offered():
     assert set(rl_design_space.__all__) <= set(dir(rl_design_space))
-    for name in rl_design_space.__all__:
-        assert getattr(rl_design_space, name) is not None
+    found = {name: getattr(rl_design_space, name) for name in rl_design_space.__all__}
+    assert found.pop("__version__").count(".") == 2
+    assert {name: component.__name__ for name, component in found.items()} == {name: name for name in found}
     with pytest.raises(AttributeError, match="no attribute 'Directions'"):
         rl_design_space.Directions  # noqa: B018
 

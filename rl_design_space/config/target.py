@@ -1,4 +1,4 @@
-"""The class that a `_target_` names, and what is wrong with the name or with its module."""
+"""Import the class that a `_target_` names, with error messages for names and modules."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def class_of(key: str, target: object) -> Any:
     """Import the dataclass that an option names.
 
     Args:
-        key: of the option, e.g. `world`.
+        key: key of the option, e.g. `world`.
         target: module and class, e.g. `mine.Ring`.
 
     Raises:
@@ -51,10 +51,10 @@ def class_of(key: str, target: object) -> Any:
 
 
 def check_fields(key: str, kind: Any, node: Mapping[str, Any]) -> None:
-    """Refuse keys that a class has no field for, and fields without a value.
+    """Refuse keys without a field, and fields without a value.
 
     Raises:
-        ConfigError: names the key.
+        ConfigError: the class has no field of this name, or a field needs a value.
     """
     known = {field.name: field for field in fields(kind) if field.init}
     for name in node:
@@ -78,7 +78,7 @@ def _reason(target: str, error: Exception) -> str:
 
 
 def _not_found(target: str, error: ModuleNotFoundError) -> str:
-    """Where a module was looked for, or which other one it is that a module of the user's own lacks."""
+    """Explain which module is missing: the target's, with the places searched, or one that it imports."""
     module = target.partition(":")[0].partition(".")[0]
     if error.name != module:
         place = extract_tb(error.__traceback__)[-1]
@@ -93,7 +93,7 @@ def _not_found(target: str, error: ModuleNotFoundError) -> str:
 
 
 def _no_such_name(target: str, error: AttributeError) -> str:
-    """What a module has instead; it may be another one than was meant."""
+    """Explain which classes a module has instead, and its file: it may not be the intended module."""
     modules = [name for name in sys.modules if target.startswith(f"{name}.")]
     module = sys.modules.get(max(modules, key=len, default=""))
     if module is None or error.obj is not module:

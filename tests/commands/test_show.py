@@ -117,7 +117,9 @@ def test_a_study_of_other_studies_and_one_without_points(said: Said, own: Path):
 
 
 def test_every_key_of_the_whole_configuration_is_explained(told: Told, planner):
-    for key in set(planner.composer.config([])) - {"hydra", "study"}:
+    keys = set(planner.composer.config([])) - {"hydra", "study"}
+    assert {"world", "seed", "tracking"} <= keys
+    for key in keys:
         shown = told("show", key)
         entries = shown.get("options", shown)
         assert entries, key
@@ -146,7 +148,7 @@ def test_a_choice_is_listed(told: Told):
 def test_the_paths_of_the_schemas_are_shown(told: Told):
     shown = told("show", "schemas")
     assert shown[str(CONF / "world" / "schema.json")] == ["**/world/*.yaml"]
-    assert all(Path(path).is_file() for path in shown)
+    assert [path for path in shown if not Path(path).is_file()] == []
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ from rl_design_space.design import (
     Walled,
 )
 from rl_design_space.plan.planner import Planner
+from tests.command_runner import PATIENCE, python
 from tests.design.options import names_of, variations
 from tests.misfits import misfit
 
@@ -98,13 +99,11 @@ def test_checks_survive_an_optimised_interpreter():
         "from rl_design_space.design import Constant\n"
         "check_reward(Constant())"
     )
-    checked = subprocess.run(
-        [sys.executable, "-O", "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    command = [sys.executable, "-O", "-c", program]
+    checked = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert "Constant must have every member of Reward" in checked.stderr
 
 
 def test_a_contract_is_importable_without_the_test_framework():
     program = "import sys, rl_design_space.contracts; print({'pytest', 'hypothesis', 'numba'} & set(sys.modules))"
-    imported = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert imported.stdout.strip() == "set()"
+    assert python(program, cwd=ROOT).strip() == "set()"

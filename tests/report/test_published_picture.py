@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from rl_design_space.analysis.published import compare_with_published
-from rl_design_space.report import heatmap
-from rl_design_space.report.markdown import published_table_text
+from rl_design_space.report.base import MAIN
+from rl_design_space.report.runs import Runs
 from tests.report.conftest import MISSING, PUBLISHED, Small
 
 GREY = (0.299, 0.587, 0.114)
@@ -28,7 +28,7 @@ def pictured(small: Small) -> Iterator:
     figures: list[Figure] = []
 
     def draw(cells: pd.DataFrame) -> Figure:
-        figures.append(heatmap.draw(cells, small.table))
+        figures.append(small.table.draw({MAIN: cells}))
         return figures[-1]
 
     yield draw
@@ -105,7 +105,7 @@ def test_a_panel_for_each_representation_labelled_as_asked(pictured, small: Smal
 
 def test_a_cell_shows_measured_interval_paper_ratio_and_failures(pictured):
     figure = pictured(full(2 * made_up()["paper"]))
-    for axis, panel in zip(figure.axes, PUBLISHED, strict=False):
+    for axis, panel in zip(figure.axes[: len(PUBLISHED)], PUBLISHED, strict=True):
         for row, size in enumerate((4, 5)):
             for column, goals in enumerate((1, 2, 3)):
                 paper = PUBLISHED[panel][size][goals]
@@ -154,6 +154,7 @@ def test_every_text_stands_out_from_its_cell(seen, pictured):
         figure = pictured(full(np.geomspace(low, high, 12)))
         for axis in figure.axes[:2]:
             colours = cell_colours(axis)
+            assert len(texts(axis)) == 6
             for cell, written in texts(axis).items():
                 for text in written:
                     assert contrast(seen(text.get_color()), seen(colours[cell])) >= 3
@@ -167,13 +168,14 @@ def test_every_text_fits_into_its_cell(pictured):
             cell = axis.transData.transform([(column, row), (column + 1, row + 1)])
             (left, right), (below, above) = sorted(cell[:, 0]), sorted(cell[:, 1])
             boxes = [text.get_window_extent() for text in written if text.get_text().strip()]
+            assert len(boxes) > 1
             assert all(left <= box.x0 and box.x1 <= right and below <= box.y0 and box.y1 <= above for box in boxes)
             assert not [one for one in boxes for other in boxes if one is not other and one.overlaps(other)]
 
 
 def test_missing_cells_are_hatched_and_show_the_paper_only(pictured, small: Small):
-    figure = pictured(small.table.frame(small.study.plan, small.reader))
-    for axis, panel in zip(figure.axes, PUBLISHED, strict=False):
+    figure = pictured(small.table.frames(Runs.of_study(small.study, small.reader))[MAIN])
+    for axis, panel in zip(figure.axes[: len(PUBLISHED)], PUBLISHED, strict=True):
         hatched = {
             (int(patch.get_y()), int(patch.get_x()))
             for patch in axis.patches
@@ -190,8 +192,7 @@ def test_missing_cells_are_hatched_and_show_the_paper_only(pictured, small: Smal
 def test_a_table_of_which_nothing_was_measured_is_hatched_all_over(pictured, small: Small):
     figure = pictured(made_up())
     assert [sum(bool(patch.get_hatch()) for patch in axis.patches) for axis in figure.axes[:2]] == [6, 6]
-    text = published_table_text(small.study, made_up(), small.table)
-    assert "**Missing: 12 of 12 cells**" in text
+    assert small.table.text({MAIN: made_up()})[0].count("| missing") == 12
 
 
 @pytest.mark.parametrize("measured", [[500.0] * 12, [np.nan] * 11 + [500.0]], ids=["all equal", "only one"])
@@ -205,13 +206,13 @@ def test_one_period_shows_no_interval(pictured, small: Small):
     cells = full(range(100, 112)).assign(ci_low=np.nan, ci_high=np.nan)
     figure = pictured(cells)
     assert not [text for axis in figure.axes for text in axis.texts if "nan" in text.get_text()]
-    assert "nan" not in published_table_text(small.study, cells, small.table)
+    assert "nan" not in "".join(small.table.text({MAIN: cells}))
 
 
 def test_sizes_that_are_lists_can_be_drawn(small: Small):
     # A world of [4, 5] has no single number for a size.
     table = replace(small.table, published={"ad_hoc": {"[4, 5]": {1: 100.0}}})
     cells = full(range(100, 112)).head(1).assign(size="[4, 5]")
-    figure = heatmap.draw(cells, table)
+    figure = table.draw({MAIN: cells})
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["[4, 5]"]
     mpl.pyplot.close(figure)

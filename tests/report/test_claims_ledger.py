@@ -13,9 +13,9 @@ from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_overrides
-from rl_design_space.report.ledger import ClaimsLedger, claims_frame, parts_frame
-from rl_design_space.report.study_runs import Runs
-from tests.report.readers import LearningReader
+from rl_design_space.report.claims_ledger import ClaimsLedger, claims_frame, parts_frame
+from rl_design_space.report.runs import Runs
+from tests.report.readers import LearningReader, unpadded
 
 LEVEL, RATIO = "rl_design_space.analysis.parts.Level", "rl_design_space.analysis.parts.Ratio"
 SWEEP = ["task.periods=40", "task.trials=12", "task.goals=1", "exploration=linear", "world.size=4,8"]
@@ -40,7 +40,7 @@ def ledger(**claims: list) -> ClaimsLedger:
 
 
 def judged(study: Study, missing: tuple[str, ...] = (), **claims: list):
-    return ledger(**claims).judged(Runs(study.plan, LearningReader(study.plan, missing)))
+    return ledger(**claims).judged(Runs.of_plan(study.plan, LearningReader(study.plan, missing)))
 
 
 def test_verdicts_turn_with_what_is_claimed(study: Study):
@@ -72,7 +72,7 @@ def test_files_hold_what_was_judged(study: Study, tmp_path: Path):
     assert (claims.loc[0, "value"], claims.loc[0, "ci_low"]) == (decisive["value"], decisive["ci_low"])
     text = (tmp_path / "mine.md").read_text(encoding="utf-8")
     assert "**2 claims: 1 reproduced, 0 not reproduced, 1 undecided.**" in text
-    assert "| larger | says larger | reproduced |" in text
+    assert "| larger | says larger | reproduced |" in unpadded(text)
     assert "nothing to measure" in text
     picture = (tmp_path / "mine.svg").read_text(encoding="utf-8")
     assert "8 / 4" in picture
@@ -115,7 +115,7 @@ def test_every_part_of_every_claim_finds_its_points():
     # With points so small that nothing can be said of the claims themselves.
     with shipped_config():
         study = load_study("claims", ("task.periods=2", "task.trials=4", "task.max_steps=50"))
-    found = study.report().judged(Runs(study.plan, LearningReader(study.plan)))
+    found = study.report().judged(Runs.of_plan(study.plan, LearningReader(study.plan)))
     assert {each.name: each.missing for each in found if each.missing} == {}
     assert {each.name for each in found if not each.finding.parts} == {"s4-a"}
 

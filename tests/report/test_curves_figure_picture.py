@@ -17,8 +17,8 @@ from rl_design_space.learning import simulate
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_overrides
 from rl_design_space.report import CurvesFigure
-from rl_design_space.report.curves_picture import DASHES, draw
-from rl_design_space.report.study_runs import Runs
+from rl_design_space.report.runs import Runs
+from rl_design_space.report.style import DASHES
 from tests.report.readers import LearningReader
 
 SWEEP = ["task.periods=8", "task.trials=10", "world.size=4", "exploration=linear", "exploration.k=0.02,0.05,0.1"]
@@ -48,9 +48,7 @@ def written(study: Study, tmp_path_factory: pytest.TempPathFactory) -> pd.DataFr
 @pytest.fixture
 def axes(study: Study) -> Iterator[tuple[Axes, Axes]]:
     """The curves, and the share of failed trials below."""
-    runs = Runs(study.plan, LearningReader(study.plan))
-    lines = FIGURE.lines(runs)
-    drawn = draw(FIGURE, lines, FIGURE.frame(lines), FIGURE.exploration_frame(runs))
+    drawn = FIGURE.draw(FIGURE.frames(Runs.of_plan(study.plan, LearningReader(study.plan))))
     yield drawn.axes[0], drawn.axes[1]
     plt.close(drawn)
 
@@ -98,5 +96,6 @@ def test_pictures_are_described_in_one_plain_line(name: str):
 def test_files_are_the_same_every_time(study: Study, tmp_path: Path):
     for folder in ("one", "two"):
         FIGURE.write(study, LearningReader(study.plan), tmp_path / folder)
-    for path in (tmp_path / "one").iterdir():
-        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
+    one, two = ({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()} for name in ("one", "two"))
+    assert one == two
+    assert {Path(name).suffix for name in one} == {".png", ".svg", ".csv", ".md"}

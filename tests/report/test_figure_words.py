@@ -7,18 +7,20 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
 
-from rl_design_space.commands import figures as command
+from rl_design_space.commands import figure_words as command
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.learning.measures import MEASURES
 from rl_design_space.plan.planner import plan_point
 from rl_design_space.report import Compare, Curves, Heatmap, Sensitivity
-from rl_design_space.report.generic.selection import Selection
+from rl_design_space.report.base import MAIN
+from rl_design_space.report.runs import Runs
 from rl_design_space.tracking.run_frame import of_newest_code
 from tests.tracking.stores import copy_database, options, record, tracker_at
 
@@ -44,13 +46,13 @@ def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> P
 
 
 @pytest.fixture(scope="module")
-def selection(outputs: Path) -> Selection:
+def runs(outputs: Path) -> Runs:
     reader = options(outputs / "mlflow.db").reader()
-    return Selection.of_runs(reader.frame(), reader, "the command")
+    return Runs.of_frame(reader.frame(), reader, "the command")
 
 
-def test_a_heatmap_holds_what_simulations_give(selection: Selection):
-    frame = Heatmap(rows="representation", cols=["exploration.k"]).frame(selection)
+def test_a_heatmap_holds_what_simulations_give(runs: Runs):
+    frame = Heatmap(rows="representation", cols=["exploration.k"]).frames(runs)[MAIN]
     assert len(frame) == 6
     for cell in frame.to_dict("records"):
         key = (f"representation={cell['representation']}", f"exploration.k={cell['exploration.k']}")
@@ -63,8 +65,8 @@ def test_a_heatmap_holds_what_simulations_give(selection: Selection):
 
 
 @pytest.mark.parametrize("name", MEASURES)
-def test_every_measure_can_be_the_value_of_a_cell(selection: Selection, name: str):
-    frame = Heatmap(rows="representation", cols="exploration.k", value=name).frame(selection)
+def test_every_measure_can_be_the_value_of_a_cell(runs: Runs, name: str):
+    frame = Heatmap(rows="representation", cols="exploration.k", value=name).frames(runs)[MAIN]
     equal = np.full((1, 6), 1 / 6)
     for cell in frame.dropna(subset="value").to_dict("records"):
         curves = LEARNED[f"representation={cell['representation']}", f"exploration.k={cell['exploration.k']}"]
@@ -73,25 +75,25 @@ def test_every_measure_can_be_the_value_of_a_cell(selection: Selection, name: st
     assert frame["value"].notna().sum() == len(LEARNED)
 
 
-def test_runs_that_differ_in_more_are_not_averaged_unawares(selection: Selection):
+def test_runs_that_differ_in_more_are_not_averaged_unawares(runs: Runs):
     with pytest.raises(ConfigError, match=r"exploration\.k: \d runs of one cell .* differ in this; .*--mean"):
-        Heatmap(rows="representation", cols="world.size").frame(selection)
-    frame = Heatmap(rows="representation", cols="world.size", mean=True).frame(selection)
+        Heatmap(rows="representation", cols="world.size").frames(runs)[MAIN]
+    frame = Heatmap(rows="representation", cols="world.size", mean=True).frames(runs)[MAIN]
     expected = np.mean([curves.total_steps.mean() for key, curves in LEARNED.items() if "ad_hoc" in key[0]])
     assert frame.set_index("representation").loc["ad_hoc", "value"] == pytest.approx(expected)
 
 
-def test_curves_are_those_of_the_simulations(selection: Selection):
-    frame = Curves(by="representation,exploration.k").frame(selection)
+def test_curves_are_those_of_the_simulations(runs: Runs):
+    frame = Curves(by="representation,exploration.k").frames(runs)[MAIN]
     for key, curves in LEARNED.items():
         line = frame[frame["line"] == " ".join(key)]
         assert line["mean"].tolist() == curves.curves["steps/mean"].tolist()
         assert (line["ci_low"] <= line["mean"]).all()
 
 
-def test_a_curve_that_is_a_mean_over_periods_has_a_band(selection: Selection):
+def test_a_curve_that_is_a_mean_over_periods_has_a_band(runs: Runs):
     for name in ("steps/over_optimum", "success_rate"):
-        frame = Curves(by="representation,exploration.k", curve=name).frame(selection)
+        frame = Curves(by="representation,exploration.k", curve=name).frames(runs)[MAIN]
         assert frame["ci_low"].notna().all()
         for key, curves in LEARNED.items():
             line = frame[frame["line"] == " ".join(key)]
@@ -99,22 +101,36 @@ def test_a_curve_that_is_a_mean_over_periods_has_a_band(selection: Selection):
             assert (line["ci_low"] <= line["mean"]).all()
 
 
-def test_a_curve_without_known_periods_has_no_band(selection: Selection):
-    frame = Curves(by="exploration.k,representation", curve="steps/median").frame(selection)
+def test_a_curve_without_known_periods_has_no_band(runs: Runs):
+    frame = Curves(by="exploration.k,representation", curve="steps/median").frames(runs)[MAIN]
     assert frame["ci_low"].isna().all()
     assert frame["mean"].notna().all()
 
 
-def test_sensitivity_has_a_line_for_each_of_the_other_choices(selection: Selection):
-    frame = Sensitivity(parameter="exploration.k", value="failed_trials").frame(selection)
+def test_sensitivity_has_a_line_for_each_of_the_other_choices(runs: Runs):
+    frame = Sensitivity(parameter="exploration.k", value="failed_trials").frames(runs)[MAIN]
     assert frame.groupby("line").size().to_dict() == {"representation=ad_hoc": 3, "representation=direction": 2}
     for row in frame.to_dict("records"):
         curves = LEARNED[row["line"], f"exploration.k={row['exploration.k']}"]
         assert row["value"] == pytest.approx(1 - curves.success.mean())
 
 
-def test_a_comparison_is_paired_by_period(selection: Selection):
-    frame = Compare(a="representation=ad_hoc", b="representation=direction").frame(selection)
+def test_many_lines_are_drawn_with_their_median():
+    figure = Sensitivity(parameter="k")
+    rows = [
+        (f"line {i}", k, float(10 * i + k), 0.0, 0.0, 1) for i in range(9) for k in ((3, 2, 1) if i % 2 else (1, 2))
+    ]
+    frame = pd.DataFrame(rows, columns=["line", "k", "value", "low", "high", "runs"])
+    (axis,) = figure.draw({MAIN: frame}).axes
+    (median,) = (line for line in axis.lines if line.get_color() == "black")
+    assert median.get_xdata().tolist() == [1, 2, 3]
+    assert median.get_ydata().tolist() == frame.groupby("k")["value"].median().tolist()
+    assert [text.get_text() for text in axis.get_legend().get_texts()] == ["median of 9 lines"]
+    plt.close(axis.figure)
+
+
+def test_a_comparison_is_paired_by_period(runs: Runs):
+    frame = Compare(a="representation=ad_hoc", b="representation=direction").frames(runs)[MAIN]
     assert frame["pair"].tolist() == ["exploration.k=0.02", "exploration.k=0.1", "all pairs"]
     for row, k in zip(frame.to_dict("records")[:2], (0.02, 0.1), strict=True):
         one, other = (LEARNED[f"representation={name}", f"exploration.k={k}"] for name in ("ad_hoc", "direction"))
@@ -143,9 +159,9 @@ def test_a_comparison_is_paired_by_period(selection: Selection):
         (Compare(a="ad_hoc", b="direction"), "ad_hoc: should be values of parameters, such as representation=ad_hoc"),
     ],
 )
-def test_what_cannot_be_shown_is_told(figure, message: str, selection: Selection):
+def test_what_cannot_be_shown_is_told(figure, message: str, runs: Runs):
     with pytest.raises(ConfigError, match=message):
-        figure.frame(selection)
+        figure.frames(runs)
 
 
 WORDS = {

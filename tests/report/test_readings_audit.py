@@ -15,10 +15,11 @@ from rl_design_space.analysis.fit import fit
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_study
-from rl_design_space.report.audit import ReadingsAudit
+from rl_design_space.report.base import MAIN
 from rl_design_space.report.published_table import PublishedTable
-from rl_design_space.report.study_runs import Runs
-from tests.report.readers import LearningReader
+from rl_design_space.report.readings_audit import ReadingsAudit
+from rl_design_space.report.runs import Runs
+from tests.report.readers import LearningReader, unpadded
 
 GRID = {"exploration": "linear", "exploration.k": 0.03, "world.size": "4,5", "task.goals": "1,2", "task.periods": 20}
 SMALL = {**GRID, "task.trials": 6}
@@ -54,7 +55,7 @@ def table(study: Study) -> PublishedTable:
     """Published numbers that are what the reading `as decided` gives, so that it fits to the last digit."""
     with shipped_config():
         shipped = load_study("table4", ()).report()
-    runs = Runs(study.plan, LearningReader(study.plan))
+    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
     common = {
         "learner.explore": "non_greedy",
         **{name: value for name, value in SMALL.items() if "," not in str(value)},
@@ -65,13 +66,15 @@ def table(study: Study) -> PublishedTable:
         for size in (4, 5):
             for goals in (1, 2):
                 where = {"representation": representation, "world.size": size, "task.goals": goals, **common, **own}
-                mean = runs.periods(runs.one(where)).total_steps.mean() * 10 / size
+                mean = runs.result(runs.one(where)).total_steps.mean() * 10 / size
                 published.setdefault(representation, {}).setdefault(size, {})[goals] = float(mean)
     return PublishedTable(**{**vars(shipped), "published": published})
 
 
 def audited(study: Study, table: PublishedTable, missing: tuple[str, ...] = ()) -> pd.DataFrame:
-    return AUDIT.frame(Runs(study.plan, LearningReader(study.plan, missing)), table)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ReadingsAudit, "published_table", lambda self: table)
+        return AUDIT.frames(Runs.of_plan(study.plan, LearningReader(study.plan, missing)))[MAIN]
 
 
 def test_the_reading_that_made_the_numbers_fits_best(study: Study, table: PublishedTable):
@@ -101,12 +104,12 @@ def test_a_reading_with_a_missing_cell_is_last_and_without_numbers(study: Study,
 def test_files_tell_ranking_commands_and_what_is_missing(
     study: Study, table: PublishedTable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(ReadingsAudit, "_published", lambda self: table)
+    monkeypatch.setattr(ReadingsAudit, "published_table", lambda self: table)
     reader = LearningReader(study.plan, (study.plan[0].fingerprint,))
     paths = AUDIT.write(study, reader, tmp_path)
     assert {path.name for path in paths} == {f"audit.{suffix}" for suffix in ("png", "svg", "csv", "md")}
     text = (tmp_path / "audit.md").read_text(encoding="utf-8")
-    assert "| any action | `learner.explore=all` |" in text
+    assert "| any action | `learner.explore=all` |" in unpadded(text)
     assert "**Missing: 1 of 20 points**; `rl-design-space study=audit` makes them." in text
     assert "missing: 1 cells" in text
     assert "quick look" in (tmp_path / "audit.svg").read_text(encoding="utf-8")
@@ -117,15 +120,15 @@ def test_the_shipped_audit_knows_every_reading_by_its_points():
         study = load_study("readings", ())
         table = load_study("table4", ()).report()
     audit: ReadingsAudit = study.report()
-    runs = Runs(study.plan, LearningReader(study.plan))
+    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
     for reading, says in audit.readings.items():
-        points = [audit._points(runs, table, panel, says) for panel in table.published]
+        points = [audit.points(runs, table, panel, says) for panel in table.published]
         assert [len(cells) for cells in points] == [9, 9], reading
     chosen = {
-        planned.fingerprint
+        point.planned.fingerprint
         for says in audit.readings.values()
         for panel in table.published
-        for planned in audit._points(runs, table, panel, says).values()
+        for point in audit.points(runs, table, panel, says).values()
     }
     assert chosen == {planned.fingerprint for planned in study.plan}
 

@@ -1,4 +1,4 @@
-"""Several figures of one study."""
+"""Several pictures of one study."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from pydantic import AfterValidator, Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.report.generic.figure import Figure
+from rl_design_space.report.base import Report
+from rl_design_space.report.runs import Runs
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
@@ -17,14 +18,14 @@ if TYPE_CHECKING:
 
 
 def _a_figure(value: Any) -> Any:
-    if not isinstance(value, Figure):
-        raise ValueError("should be a Heatmap, Curves, Sensitivity or Compare of rl_design_space.report")
+    if not isinstance(value, Report):
+        raise ValueError("should be a report of one picture, such as Heatmap, Curves, Sensitivity or Compare")
     return value
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Figures:
-    """What a study's file may name as its report, if it wants more than one picture.
+    """Several reports of the same runs.
 
     Attributes:
         figures: by their names, which follow the study's in the names of the files.
@@ -33,12 +34,10 @@ class Figures:
     figures: Annotated[dict[str, Annotated[Any, AfterValidator(_a_figure)]], Field(min_length=1)]
 
     def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
-        """Write PNG, SVG, CSV and Markdown of each."""
-        from rl_design_space.report.generic.selection import Selection
-
-        selection = Selection.of_study(study, reader)
+        """Write the files of each report, see `Report.write`."""
+        runs = Runs.of_study(study, reader)
         return [
             path
             for name, figure in self.figures.items()
-            for path in figure.write_of(selection, folder / f"{study.name}-{name}")
+            for path in figure.write_runs(runs, folder / f"{study.name}-{name}")
         ]

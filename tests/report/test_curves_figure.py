@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +14,15 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_overrides
-from rl_design_space.report.curves import CurvesFigure
-from rl_design_space.report.study_runs import Runs
-from tests.report.readers import LearningReader
+from rl_design_space.report.base import MAIN
+from rl_design_space.report.curves_figure import EXPLORATION, LINES, CurvesFigure
+from rl_design_space.report.runs import Runs
+from tests.report.readers import LearningReader, unpadded
 
 SWEEP = ["task.periods=6", "task.trials=12", "world.size=4", "exploration=linear", "exploration.k=0.02,0.05"]
-LINES = {"k = 0.02": {"exploration.k": 0.02}, "k = 0.05": {"exploration.k": 0.05}}
+TWO = {"k = 0.02": {"exploration.k": 0.02}, "k = 0.05": {"exploration.k": 0.05}}
 PANELS = [
-    {"title": side, "where": {"representation": name}, "lines": LINES}
+    {"title": side, "where": {"representation": name}, "lines": TWO}
     for side, name in (("left", "ad_hoc"), ("right", "direction"))
 ]
 FIGURE = CurvesFigure(
@@ -41,15 +43,13 @@ def study() -> Study:
 
 
 def test_a_line_is_a_point_and_the_frame_is_what_was_learned(study: Study):
-    runs = Runs(study.plan, LearningReader(study.plan))
-    lines = FIGURE.lines(runs)
-    assert [(line.panel, line.name) for line in lines] == [
-        (side, name) for side in ("left", "right") for name in ("k = 0.02", "k = 0.05")
-    ]
-    frame = FIGURE.frame(lines).set_index(["panel", "line"])
-    for line in lines:
-        expected = simulate(line.planned.point).steps.mean(axis=0)
-        assert frame.loc[(line.panel, line.name), "mean"].tolist() == pytest.approx(expected.tolist())
+    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
+    points = FIGURE.points(runs)
+    assert list(points) == [(side, name) for side in ("left", "right") for name in ("k = 0.02", "k = 0.05")]
+    frame = FIGURE.frames(runs)[MAIN].set_index(["panel", "line"])
+    for line, point in points.items():
+        expected = simulate(point.planned.point).steps.mean(axis=0)
+        assert frame.loc[line, "mean"].tolist() == pytest.approx(expected.tolist())
 
 
 def test_files_hold_what_is_drawn(study: Study, tmp_path: Path):
@@ -64,7 +64,7 @@ def test_files_hold_what_is_drawn(study: Study, tmp_path: Path):
     text = (tmp_path / "mine.md").read_text(encoding="utf-8")
     assert "![Two lines in two panels](mine.png)" in text
     assert "rl-design-space study=mine" in text
-    assert text.count("| left | k = ") == text.count("| right | k = ") == 2
+    assert unpadded(text).count("| left | k = ") == unpadded(text).count("| right | k = ") == 2
     picture = (tmp_path / "mine.svg").read_text(encoding="utf-8")
     assert "quick look: 6 periods" in picture
 
@@ -82,11 +82,11 @@ def test_missing_lines_are_named_and_nothing_at_all_can_be_drawn(study: Study, t
 
 def test_a_line_that_is_not_one_point_is_refused(study: Study):
     panels = [{"title": "left", "where": {}, "lines": {"k": {"exploration.k": 0.02}}}]
-    runs = Runs(study.plan, LearningReader(study.plan))
+    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
     with pytest.raises(ConfigError, match="should be one point of sweep, not 2"):
-        CurvesFigure(title="-", shows="-", panels=panels).lines(runs)
+        CurvesFigure(title="-", shows="-", panels=panels).frames(runs)
     with pytest.raises(ConfigError, match=r"study\.report\.panels\.0\.lines"):
-        CurvesFigure(title="-", shows="-", panels=[{"title": "left", "where": {}, "lines": {}}]).lines(runs)
+        CurvesFigure(title="-", shows="-", panels=[{"title": "left", "where": {}, "lines": {}}]).frames(runs)
 
 
 @pytest.mark.parametrize("name", ["fig2", "fig3", "fig4", "fig5"])
@@ -95,6 +95,19 @@ def test_every_line_of_the_shipped_figures_is_a_point(name: str):
         shipped = load_study(name, ())
     figure: CurvesFigure = shipped.report()
     reader = LearningReader(shipped.plan, {planned.fingerprint for planned in shipped.plan})
-    lines = figure.lines(Runs(shipped.plan, reader))
-    assert all(line.recorded is None for line in lines)
-    assert len({line.planned.fingerprint for line in lines}) == len(lines)
+    points = figure.points(Runs.of_plan(shipped.plan, reader))
+    assert len({point.planned.fingerprint for point in points.values()}) == len(points)
+
+
+def test_missing_lines_have_no_numbers(study: Study):
+    reader = LearningReader(study.plan, {study.plan[0].fingerprint})
+    lines = FIGURE.frames(Runs.of_plan(study.plan, reader))[LINES]
+    assert lines["total_steps"].isna().tolist() == [True, False, False, False]
+
+
+def test_points_are_joined_where_one_parameter_varies(study: Study):
+    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
+    everything = [{"title": "all", "where": {}, "lines": {"one": {"exploration.k": 0.02, "representation": "ad_hoc"}}}]
+    for panels, joined in ((PANELS, True), (everything, False)):
+        points = replace(FIGURE, panels=panels).frames(runs)[EXPLORATION]
+        assert points["joined"].tolist() == [joined] * 4
