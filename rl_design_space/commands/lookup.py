@@ -52,7 +52,7 @@ def question(parser: argparse.ArgumentParser, arguments: Sequence[str], subject:
     if optional and found.subject and "=" in found.subject:
         found.subject, overrides = None, (found.subject, *overrides)
     if words := [word for word in overrides if "=" not in word and not word.startswith("~")]:
-        message = f"{words[0]}: not an override; an override has the form key=value, e.g. task.periods=50"
+        message = f"{words[0]}: not an override; overrides look like key=value, e.g. task.periods=50"
         if found.subject and "=" not in found.subject:
             message += f"; to show one option: `rl-design-space show {found.subject}={words[0]}`"
         raise ConfigError(message)

@@ -111,7 +111,7 @@ def test_choices_of_ones_own_are_listed(told: Told, own: Path):
         (["seed=1"], "seed=1: list accepts no override"),
         (
             ["world", "torus"],
-            "torus: not an override; an override has the form key=value, e.g. task.periods=50; to show one",
+            "torus: not an override; overrides look like key=value, e.g. task.periods=50; to show one",
         ),
     ],
 )
