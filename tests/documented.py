@@ -12,7 +12,7 @@ from markdown_it import MarkdownIt
 
 from rl_design_space.commands import words as subcommands
 from rl_design_space.commands.figure_words import WORDS
-from tests.command_runner import SCRIPTS, Completed, environment
+from tests.command_runner import PATIENCE, SCRIPTS, Completed, environment
 
 DOCS = Path(__file__).parent.parent / "docs"
 PROGRAMS = ("rl-design-space", "rl-design-report")
@@ -65,5 +65,5 @@ def run(words: tuple[str, ...], folder: Path) -> Completed:
         env=environment(folder),
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE,
     )

@@ -7,7 +7,7 @@ import signal
 import subprocess
 from pathlib import Path
 
-from tests.command_runner import SCRIPTS, environment
+from tests.command_runner import PATIENCE, SCRIPTS, environment
 
 #: Put where Python looks when it starts: it kills the tracker process, or its whole process group, at stages that the
 #: environment names, each once. Nothing of the program knows about it.
@@ -79,7 +79,7 @@ class Sabotage:
             start_new_session=True,
         )
         try:
-            said, _ = process.communicate(timeout=100)
+            said, _ = process.communicate(timeout=PATIENCE)
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)

@@ -15,7 +15,7 @@ from time import sleep
 
 import pytest
 
-from tests.command_runner import SCRIPTS, commands_in, environment
+from tests.command_runner import PATIENCE, commands_in, finished, output_of, started, wait_until
 from tests.run.kills import Store
 from tests.tracking.faults import Sabotage
 from tests.tracking.stores import copy_database
@@ -75,54 +75,24 @@ def test_a_sweep_that_is_killed_at_every_stage_is_gone_on_with(folder: Path):
     check(folder, {"FINISHED", "KILLED"})
 
 
-def test_what_a_killed_sweep_had_learned_is_not_learned_again(folder: Path):
+def test_a_locked_database_is_waited_for(folder: Path):
+    store = Store(folder / "out" / "mlflow.db")
+    with started(folder, *SWEEP) as process:
+        wait_until(store.statuses, process)
+        with closing(sqlite3.connect(store.database, isolation_level=None, timeout=30)) as other:
+            other.execute("BEGIN EXCLUSIVE")
+            sleep(6)
+            other.execute("ROLLBACK")
+        done = finished(process)
+    assert done.returncode == 0, done.stdout
+    check(folder)
+
+
+def test_a_killed_sweep_learns_again_only_the_point_whose_record_is_damaged(folder: Path):
     sabotage = Sabotage(folder, "sweep")
     # The tracker strikes when all is learned: it takes seconds to start, learning does not.
     status, said = sabotage.run(*SWEEP, faults=("before create_run 2",))
     assert status == -signal.SIGKILL, said
-    status, said = sabotage.run(*SWEEP)
-    assert status == 0, said
-    assert "0 learned now, 3 before" in said
-    check(folder, {"KILLED"})
-
-
-def test_a_locked_database_is_waited_for(folder: Path):
-    process = subprocess.Popen(
-        [str(SCRIPTS / "rl-design-space"), *SWEEP],
-        cwd=folder,
-        env=environment(folder),
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    store = Store(folder / "out" / "mlflow.db")
-    while not store.statuses() and process.poll() is None:
-        sleep(0.01)
-    with closing(sqlite3.connect(store.database, isolation_level=None, timeout=30)) as other:
-        other.execute("BEGIN EXCLUSIVE")
-        sleep(6)
-        other.execute("ROLLBACK")
-    said, _ = process.communicate(timeout=100)
-    assert process.returncode == 0, said
-    check(folder)
-
-
-def test_two_sweeps_may_create_a_store_at_the_same_moment(tmp_path: Path):
-    (tmp_path / "temporary").mkdir()
-    command = [str(SCRIPTS / "rl-design-space"), *SWEEP]
-    pipe = subprocess.PIPE
-    both = [
-        subprocess.Popen(command, cwd=tmp_path, env=environment(tmp_path), stdout=pipe, stderr=pipe, text=True)
-        for _ in range(2)
-    ]
-    for process in both:
-        said, err = process.communicate(timeout=120)
-        assert process.returncode == 0, said + err
-    check(tmp_path)
-
-
-def test_a_damaged_record_is_kept_aside_and_its_point_runs_again(folder: Path):
-    sabotage = Sabotage(folder, "sweep")
-    sabotage.run(*SWEEP, faults=("before create_run 2",))
     damaged = next((folder / "out" / "spool").glob("*/1-point-*"))
     damaged.write_bytes(damaged.read_bytes()[:-1])
     status, said = sabotage.run(*SWEEP)
@@ -141,13 +111,13 @@ def small_disk(tmp_path: Path, empty_database: Path) -> Iterator[Path]:
     """A folder whose outputs lie on a file system of their own, with a file that fills it but for a few kB."""
     (tmp_path / "out").mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=24m", "none", str(tmp_path / "out")]
-    if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True).returncode:
+    if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True, timeout=PATIENCE).returncode:
         pytest.skip("needs the right to mount a small file system")
     try:
         copy_database(empty_database, tmp_path / "out" / "mlflow.db")
         yield tmp_path
     finally:
-        subprocess.run(["umount", "--lazy", str(tmp_path / "out")], check=True)
+        output_of("umount", "--lazy", tmp_path / "out")
 
 
 def fill(folder: Path, left: int = 40_960) -> Path:
@@ -168,7 +138,7 @@ def test_a_full_disk_is_waited_for(small_disk: Path):
     thread = Thread(target=lambda: (sleep(12), filler.unlink()))
     thread.start()
     done = commands_in(small_disk)("rl-design-space", *SWEEP[:-1])
-    thread.join()
+    thread.join(PATIENCE)
     check(small_disk)
     assert "3 learned now" in done.stdout
 

@@ -13,7 +13,7 @@ import pytest
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.locks import Claims, claims_at
-from tests.command_runner import heed_interrupts
+from tests.command_runner import PATIENCE, finished, heed_interrupts, next_line
 
 #: Takes what it is told, says whether it could, and waits to be ended.
 OTHER = """
@@ -41,12 +41,12 @@ class Other:
         command = [sys.executable, "-c", OTHER, str(path), *names]
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True, preexec_fn=heed_interrupts)
-        self.took = self.process.stdout.readline().split()
+        self.took = next_line(self.process).split()
 
     def does(self, word: str, name: str) -> str:
         self.process.stdin.write(f"{word} {name}\n")
         self.process.stdin.flush()
-        return self.process.stdout.readline().strip()
+        return next_line(self.process).strip()
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def other(path: Path) -> Iterator:
     yield start
     for one in started:
         one.process.kill()
-        one.process.communicate()
+        finished(one.process)
 
 
 def test_a_claim_is_of_one_process(path: Path, other):
@@ -100,7 +100,7 @@ def test_claims_end_with_their_process(path: Path, other, how: signal.Signals):
     them = other("a", "b")
     assert not claims.take("a")
     them.process.send_signal(how)
-    them.process.wait()
+    them.process.wait(PATIENCE)
     assert claims.take("a")
     assert claims.take("b")
 

@@ -17,6 +17,7 @@ from rl_design_space.tracking import courier, process
 from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.courier import Courier
 from rl_design_space.tracking.spool import STUDIES, Record, Spool
+from tests.command_runner import wait_until
 
 LOWEST, _PATIENCE = 19, 30
 
@@ -30,8 +31,7 @@ class Watched:
 
     def run_until(self, stopped: Callable[[], bool]) -> None:
         self.noted.put(os.getpriority(os.PRIO_PROCESS, 0))
-        while not (stopped() or self._ended.is_set()):
-            sleep(0.001)
+        wait_until(lambda: stopped() or self._ended.is_set(), seconds=_PATIENCE)
 
     def leave(self) -> None:
         self.noted.put("left")
@@ -88,8 +88,7 @@ def test_a_tracker_process_is_told_whether_it_is_waited_for(
     spool.write(Record(STUDIES, "0", {}))
     one = Courier(spool)
     one.wake()
-    while not started.paces:
-        sleep(0.001)
+    wait_until(lambda: started.paces, seconds=_PATIENCE)
     assert one.settle(patience=2).awaiting == 1
     sleep(0.2)
     one.leave()

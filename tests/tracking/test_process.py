@@ -5,7 +5,6 @@ from __future__ import annotations
 import sqlite3
 import subprocess
 import sys
-import time
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -14,12 +13,10 @@ import pytest
 
 from rl_design_space.tracking.record import point_record
 from rl_design_space.tracking.spool import Spool
-from tests.command_runner import environment
+from tests.command_runner import PATIENCE, environment, wait_until
 from tests.tracking.stores import copy_database, learned, options
 
 POINTS = 3
-#: Seconds that delivering them may take.
-_PATIENCE = 60
 
 
 @pytest.fixture
@@ -41,14 +38,14 @@ def test_nothing_is_lost_that_others_read_meanwhile_when_the_sweep_has_died(spoo
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=tmp_path, env=environment(tmp_path)
     )
     process.stdout.close()
-    until = time.monotonic() + _PATIENCE
-    while spool.waiting() and time.monotonic() < until:
-        # Who closes a database last cleans up after all others; whoever is there must be seen.
-        finished(tmp_path / "mlflow.db")
-        time.sleep(0.001)
+
+    def delivered() -> bool:
+        finished(tmp_path / "mlflow.db")  # opens and closes the database: the last to close it removes its log
+        return not spool.waiting()
+
+    wait_until(delivered, pause=0.001)
     process.stdin.close()
-    process.wait(_PATIENCE)
-    assert spool.waiting() == []
+    process.wait(PATIENCE)
     assert finished(tmp_path / "mlflow.db") == POINTS
 
 

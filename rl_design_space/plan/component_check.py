@@ -1,4 +1,4 @@
-"""Components of the user's own are tried when points are planned, before thousands of points fail of one of them."""
+"""Checks of user components when points are planned, so that a broken one does not fail thousands of points."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.ways import missing_way
 
 
-class EarlyCheck:
-    """Tries each of the user's own components once, with what it is used with.
+class ComponentCheck:
+    """Calls each user component once per combination of components and sizes that it depends on.
 
-    What they yield has to have the shape, type and range of their contract. An exception that one of them raises is
-    left to the point that it concerns: it fails alone when it is learned.
+    The returned arrays must have the shape, type and range of their contract. Other exceptions of a component are
+    ignored here: the point that raises them fails when it is learned, and the others go on.
     """
 
     def __init__(self) -> None:
-        self._tried: set[tuple[Any, ...]] = set()
+        self._checked: set[tuple[Any, ...]] = set()
 
     def __call__(self, point: DesignPoint) -> None:
-        """Try what is own of a point and was not tried yet.
+        """Check the user components of a point that were not checked yet.
 
         Raises:
-            ConfigError: a component does not keep its contract, or the goals of a world cannot all be reached.
+            ConfigError: a component breaks its contract, or some goals of a world cannot be reached.
         """
         task, world = point.task, point.world
-        self._try(_world, point, (world,), task.goals)
-        self._try(checked.epsilons, point, (point.exploration,), task.trials)
-        self._try(checked.rewards, point, (point.reward,))
-        self._try(checked.lengths, point, (point.msa,))
-        self._try(_codes, point, (point.representation, world), task.goals)
+        self._run(_world, point, (world,), task.goals)
+        self._run(checked.epsilons, point, (point.exploration,), task.trials)
+        self._run(checked.rewards, point, (point.reward,))
+        self._run(checked.lengths, point, (point.msa,))
+        self._run(_codes, point, (point.representation, world), task.goals)
 
-    def _try(
+    def _run(
         self, check: Callable[[DesignPoint], Any], point: DesignPoint, components: tuple[Any, ...], *more: int
     ) -> None:
         own = [type(component) for component in components if not is_shipped(type(component))]
@@ -49,13 +49,13 @@ class EarlyCheck:
         except Exception:
             return
 
-    def _is_new(self, own: list[type], tried: tuple[Any, ...]) -> bool:
+    def _is_new(self, own: list[type], check: tuple[Any, ...]) -> bool:
         try:
-            known = tried in self._tried
-            self._tried.add(tried)
+            known = check in self._checked
+            self._checked.add(check)
         except TypeError as error:
             names = " or ".join(full_name(kind) for kind in own)
-            raise ConfigError(f"{names}: should be a frozen dataclass of values that can be hashed; {error}") from error
+            raise ConfigError(f"{names}: should be a frozen dataclass of hashable values; {error}") from error
         return not known
 
 

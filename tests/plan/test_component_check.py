@@ -1,4 +1,4 @@
-"""What is wrong with a component of the user's own is told when points are planned, and built-in ones cost nothing."""
+"""User components are checked when points are planned; built-in ones are not called."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from rl_design_space.design import AdHoc, Constant, DesignPoint, GoalReward, MultiStepActions, Task, Torus, Walled
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
-from rl_design_space.plan.early import EarlyCheck
+from rl_design_space.plan.component_check import ComponentCheck
 from tests.misfits import misfit
 
 TASK = Task(goals=2, trials=10, periods=2, max_steps=200)
@@ -33,7 +33,7 @@ def codes(change) -> DesignPoint:
 
 
 def walled_off(cell: int, *, outwards: bool = False) -> np.ndarray:
-    """Moves of a world in which nobody comes to a cell, or nobody leaves it."""
+    """Return the moves of a world with a cell that cannot be entered, or cannot be left."""
     moves = MOVES.copy()
     if outwards:
         moves[:, cell] = cell
@@ -53,11 +53,11 @@ MISFITS = {
     "one move too few": (world(MOVES[:3]), r"Misfit\.next_cell\(\) should give int32 of shape \(4, 16\), not int32 of"),
     "moves in floats": (world(MOVES * 1.0), "not float64"),
     "a way out": (world(MOVES + np.int32(1)), "all from 0 to 15; it gives 1 to 16"),
-    "a cell that nobody comes to": (
+    "a cell that cannot be entered": (
         world(walled_off(6)),
         r"world: .*next_cell\(\) leaves no way from \(x=0, y=0\) to \(x=2, y=1\), so a goal there could not be reached",
     ),
-    "a cell that nobody leaves": (world(walled_off(6, outwards=True)), r"no way from \(x=2, y=1\) to \(x=0, y=0\)"),
+    "a cell that cannot be left": (world(walled_off(6, outwards=True)), r"no way from \(x=2, y=1\) to \(x=0, y=0\)"),
     "too few open cells": (world(MOVES, 0, 1), r"task\.goals=2: .*has only 2 open ones"),
     "open cells twice": (world(MOVES, 0, 1, 1, 2), "each cell once, in ascending order"),
     "open cells outside": (world(MOVES, 0, 1, 16), "all from 0 to 15; it gives 0 to 16"),
@@ -86,24 +86,24 @@ MISFITS = {
 
 
 @pytest.mark.parametrize("name", MISFITS)
-def test_a_contract_that_is_not_kept_is_told_by_class_expected_and_got(name: str):
+def test_a_broken_contract_is_explained_by_class_expectation_and_result(name: str):
     given, message = MISFITS[name]
     with pytest.raises(ConfigError, match=message):
-        EarlyCheck()(given)
+        ComponentCheck()(given)
 
 
 @pytest.mark.parametrize("name", [name for name in MISFITS if not name.startswith("a cell that")])
-def test_whoever_learns_without_planning_is_told_the_same(name: str):
+def test_simulate_explains_a_broken_contract_as_planning_does(name: str):
     given, message = MISFITS[name]
     with pytest.raises(ConfigError, match=message):
         simulate(given, threads=1)
 
 
-def test_a_component_that_raises_is_left_to_its_point():
+def test_a_component_that_raises_does_not_fail_planning():
     def broken(self, trials):
         raise ArithmeticError("no luck")
 
-    EarlyCheck()(point(exploration=misfit(Constant(), schedule=broken)))
+    ComponentCheck()(point(exploration=misfit(Constant(), schedule=broken)))
 
 
 @dataclass(frozen=True)
@@ -111,14 +111,14 @@ class Listed(Constant):
     levels: list[float] = field(default_factory=list)
 
 
-def test_a_component_that_cannot_be_hashed_is_told():
+def test_an_unhashable_component_is_refused():
     with pytest.raises(
-        ConfigError, match=r"test_early\.Listed: should be a frozen dataclass of values that can be hash"
+        ConfigError, match=r"test_component_check\.Listed: should be a frozen dataclass of hashable values"
     ):
-        EarlyCheck()(point(exploration=Listed()))
+        ComponentCheck()(point(exploration=Listed()))
 
 
-def test_each_component_is_tried_once_with_what_it_is_used_with():
+def test_each_combination_of_user_components_is_checked_once():
     calls = []
 
     def counted(self, trials):
@@ -126,43 +126,43 @@ def test_each_component_is_tried_once_with_what_it_is_used_with():
         return np.zeros(trials)
 
     own = misfit(Constant(), schedule=counted)
-    check = EarlyCheck()
+    check = ComponentCheck()
     for seed in range(3):
         check(point(exploration=own, seed=seed))
     check(DesignPoint(task=Task(trials=7), exploration=own))
     assert calls == [10, 7]
 
 
-def test_built_in_components_are_not_tried(monkeypatch: pytest.MonkeyPatch):
+def test_built_in_components_are_not_checked(monkeypatch: pytest.MonkeyPatch):
     tried = []
     monkeypatch.setattr(Torus, "next_cell", tried.append)
     monkeypatch.setattr(Constant, "schedule", lambda *given: tried.append(given))
-    EarlyCheck()(DesignPoint())
+    ComponentCheck()(DesignPoint())
     assert tried == []
 
 
-# Worlds of any kind.
+# Other worlds.
 
 
 def test_starts_and_goals_lie_on_open_cells():
     door = np.where(np.isin(MOVES, [1, 5, 9]), HERE, MOVES)  # a wall with its door at the bottom
     free = [cell for cell in range(16) if cell not in (1, 5, 9)]
     given = world(door, *free)
-    EarlyCheck()(given)
+    ComponentCheck()(given)
     curves = simulate(given, threads=1)
     assert curves.optimum.min() >= 1
     assert curves.success.any()
 
 
-def test_a_world_whose_cells_are_all_open_has_the_layouts_of_one_without_obstacles():
+def test_a_world_with_all_cells_open_has_the_layouts_of_a_world_without_obstacles():
     plain, opened = simulate(point(), threads=1), simulate(world(MOVES, *range(16)), threads=1)
     np.testing.assert_array_equal(plain.steps, opened.steps)
     np.testing.assert_array_equal(plain.optimum, opened.optimum)
 
 
-def test_a_map_with_one_way_only_is_learned_in():
+def test_a_ring_with_a_single_direction_can_be_learned():
     ring = np.tile(np.roll(HERE, -1), (4, 1))  # every move leads on to the next cell
     given = world(ring)
-    EarlyCheck()(given)
+    ComponentCheck()(given)
     curves = simulate(given, threads=1)
     np.testing.assert_array_equal(curves.steps, np.broadcast_to(curves.optimum[:, np.newaxis], curves.steps.shape))
