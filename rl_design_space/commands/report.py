@@ -29,7 +29,7 @@ def main() -> None:
             paths = figure_words.main(typed[0], typed[1:])
         else:
             arguments = _parser(typed).parse_intermixed_args(typed)
-            name = _study_of_all() if arguments.report == "all" else arguments.report
+            name = study_of_all() if arguments.report == "all" else arguments.report
             paths = write_report(name, arguments.overrides)
         for path in paths:
             print(path)
@@ -61,7 +61,7 @@ def _studies() -> str:
         return "\n".join(["studies:", *study_list(search), "", heading, *any_runs, "", example])
 
 
-def _study_of_all() -> str:
+def study_of_all() -> str:
     """Return the study whose report collects all others: the default page, or the only page.
 
     Raises:

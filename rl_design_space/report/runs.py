@@ -14,7 +14,7 @@ from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measure, scaled_to_equal_steps
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.plan import Plan, PlannedPoint
+from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import SEED, order, text
 from rl_design_space.tracking.run_frame import ABOUT, typed
 from rl_design_space.tracking.tracker import StoredRun
@@ -96,14 +96,13 @@ class Runs:
         self._results: dict[Point, LearningCurves | None] = {}
 
     @classmethod
-    def of_plan(cls, plan: Plan, reader: Reader) -> Runs:
-        """Return the points of a plan, recorded or not, in its order."""
-        return cls(_points(plan, reader), reader, plan.name)
-
-    @classmethod
     def of_study(cls, study: Study, reader: Reader) -> Runs:
         """Return the points of a study, recorded or not, in the order of its plan."""
-        points = _points(study.plan, reader)
+        runs = reader.finished([planned.fingerprint for planned in study.plan])
+        points = [
+            Point({k: _comparable(v) for k, v in planned.parameters.items()}, runs.get(planned.fingerprint), planned)
+            for planned in study.plan
+        ]
         made_by, remarks = f"Made by `{study.report_command}`, which needs no runs.", []
         if points:
             periods = _joined({planned.point.task.periods for planned in study.plan})
@@ -268,14 +267,6 @@ class Runs:
 def stratum(point: Point) -> Hashable:
     """Return what points have in common whose periods met the same layouts and are resampled together."""
     return point.key((SEED, "task.periods"))
-
-
-def _points(plan: Plan, reader: Reader) -> list[Point]:
-    runs = reader.finished([planned.fingerprint for planned in plan])
-    return [
-        Point({k: _comparable(v) for k, v in planned.parameters.items()}, runs.get(planned.fingerprint), planned)
-        for planned in plan
-    ]
 
 
 def _comparable(value: Any) -> Any:

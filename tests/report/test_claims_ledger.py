@@ -40,7 +40,7 @@ def ledger(**claims: list) -> ClaimsLedger:
 
 
 def judged(study: Study, missing: tuple[str, ...] = (), **claims: list):
-    return ledger(**claims).judged(Runs.of_plan(study.plan, LearningReader(study.plan, missing)))
+    return ledger(**claims).judged(Runs.of_study(study, LearningReader(study.plan, missing)))
 
 
 def test_verdicts_turn_with_what_is_claimed(study: Study):
@@ -115,7 +115,7 @@ def test_every_part_of_every_claim_finds_its_points():
     # With points so small that nothing can be said of the claims themselves.
     with shipped_config():
         study = load_study("claims", ("task.periods=2", "task.trials=4", "task.max_steps=50"))
-    found = study.report().judged(Runs.of_plan(study.plan, LearningReader(study.plan)))
+    found = study.report().judged(Runs.of_study(study, LearningReader(study.plan)))
     assert {each.name: each.missing for each in found if each.missing} == {}
     assert {each.name for each in found if not each.finding.parts} == {"s4-a"}
 

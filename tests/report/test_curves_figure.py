@@ -43,7 +43,7 @@ def study() -> Study:
 
 
 def test_a_line_is_a_point_and_the_frame_is_what_was_learned(study: Study):
-    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
+    runs = Runs.of_study(study, LearningReader(study.plan))
     points = FIGURE.points(runs)
     assert list(points) == [(side, name) for side in ("left", "right") for name in ("k = 0.02", "k = 0.05")]
     frame = FIGURE.frames(runs)[MAIN].set_index(["panel", "line"])
@@ -82,7 +82,7 @@ def test_missing_lines_are_named_and_nothing_at_all_can_be_drawn(study: Study, t
 
 def test_a_line_that_is_not_one_point_is_refused(study: Study):
     panels = [{"title": "left", "where": {}, "lines": {"k": {"exploration.k": 0.02}}}]
-    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
+    runs = Runs.of_study(study, LearningReader(study.plan))
     with pytest.raises(ConfigError, match="should be one point of sweep, not 2"):
         CurvesFigure(title="-", shows="-", panels=panels).frames(runs)
     with pytest.raises(ConfigError, match=r"study\.report\.panels\.0\.lines"):
@@ -95,18 +95,18 @@ def test_every_line_of_the_shipped_figures_is_a_point(name: str):
         shipped = load_study(name, ())
     figure: CurvesFigure = shipped.report()
     reader = LearningReader(shipped.plan, {planned.fingerprint for planned in shipped.plan})
-    points = figure.points(Runs.of_plan(shipped.plan, reader))
+    points = figure.points(Runs.of_study(shipped, reader))
     assert len({point.planned.fingerprint for point in points.values()}) == len(points)
 
 
 def test_missing_lines_have_no_numbers(study: Study):
     reader = LearningReader(study.plan, {study.plan[0].fingerprint})
-    lines = FIGURE.frames(Runs.of_plan(study.plan, reader))[LINES]
+    lines = FIGURE.frames(Runs.of_study(study, reader))[LINES]
     assert lines["total_steps"].isna().tolist() == [True, False, False, False]
 
 
 def test_points_are_joined_where_one_parameter_varies(study: Study):
-    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
+    runs = Runs.of_study(study, LearningReader(study.plan))
     everything = [{"title": "all", "where": {}, "lines": {"one": {"exploration.k": 0.02, "representation": "ad_hoc"}}}]
     for panels, joined in ((PANELS, True), (everything, False)):
         points = replace(FIGURE, panels=panels).frames(runs)[EXPLORATION]

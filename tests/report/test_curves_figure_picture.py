@@ -48,7 +48,7 @@ def written(study: Study, tmp_path_factory: pytest.TempPathFactory) -> pd.DataFr
 @pytest.fixture
 def axes(study: Study) -> Iterator[tuple[Axes, Axes]]:
     """The curves, and the share of failed trials below."""
-    drawn = FIGURE.draw(FIGURE.frames(Runs.of_plan(study.plan, LearningReader(study.plan))))
+    drawn = FIGURE.draw(FIGURE.frames(Runs.of_study(study, LearningReader(study.plan))))
     yield drawn.axes[0], drawn.axes[1]
     plt.close(drawn)
 

@@ -55,7 +55,7 @@ def table(study: Study) -> PublishedTable:
     """Published numbers that are what the reading `as decided` gives, so that it fits to the last digit."""
     with shipped_config():
         shipped = load_study("table4", ()).report()
-    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
+    runs = Runs.of_study(study, LearningReader(study.plan))
     common = {
         "learner.explore": "non_greedy",
         **{name: value for name, value in SMALL.items() if "," not in str(value)},
@@ -74,7 +74,7 @@ def table(study: Study) -> PublishedTable:
 def audited(study: Study, table: PublishedTable, missing: tuple[str, ...] = ()) -> pd.DataFrame:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ReadingsAudit, "published_table", lambda self: table)
-        return AUDIT.frames(Runs.of_plan(study.plan, LearningReader(study.plan, missing)))[MAIN]
+        return AUDIT.frames(Runs.of_study(study, LearningReader(study.plan, missing)))[MAIN]
 
 
 def test_the_reading_that_made_the_numbers_fits_best(study: Study, table: PublishedTable):
@@ -120,7 +120,7 @@ def test_the_shipped_audit_knows_every_reading_by_its_points():
         study = load_study("readings", ())
         table = load_study("table4", ()).report()
     audit: ReadingsAudit = study.report()
-    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
+    runs = Runs.of_study(study, LearningReader(study.plan))
     for reading, says in audit.readings.items():
         points = [audit.points(runs, table, panel, says) for panel in table.published]
         assert [len(cells) for cells in points] == [9, 9], reading

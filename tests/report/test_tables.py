@@ -137,7 +137,7 @@ def test_table_2_counts_rows(tmp_path: Path):
     )
     missing = study.plan[-1]
     reader = LearningReader(study.plan, {missing.fingerprint})
-    frame = study.report().frames(Runs.of_plan(study.plan, reader))[MAIN].set_index(["representation", "goals"])
+    frame = study.report().frames(Runs.of_study(study, reader))[MAIN].set_index(["representation", "goals"])
     assert (frame["paper"] == frame["formula"]).all()
     assert frame.loc[("ad_hoc", 2), "met"] == 200
     assert 0 < frame.loc[("ad_hoc", 2), "learned"] <= 200
