@@ -146,7 +146,9 @@ def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command
     written = folder / outputs / "report"
     assert "issing" in (written / "index.html").read_text(encoding="utf-8")
     for name in ("table4", "fig2", "claims"):
-        assert f"rl-design-space study={name} " in (written / f"{name}.md").read_text(encoding="utf-8")
+        assert f"rl-design-space --config-dir own/conf study={name} " in (written / f"{name}.md").read_text(
+            encoding="utf-8"
+        )
 
 
 @needs_browser
