@@ -11,7 +11,7 @@ from typing import NamedTuple
 from markdown_it import MarkdownIt
 
 from rl_design_space.commands import words as subcommands
-from rl_design_space.commands.figures import WORDS
+from rl_design_space.commands.figure_words import WORDS
 from tests.command_runner import PATIENCE, SCRIPTS, Completed, environment
 
 DOCS = Path(__file__).parent.parent / "docs"

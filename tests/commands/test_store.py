@@ -1,4 +1,4 @@
-"""The commands that look after a store: sync, store status, store compact, rerun."""
+"""The subcommands for the tracking store: sync, store status, store compact, rerun."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rl_design_space import commands
+from rl_design_space.commands import words
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
@@ -23,13 +23,13 @@ def outputs(empty_database: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
-    """Run a command; its exit status and what it says."""
+    """Run a subcommand; return its exit status and its output."""
     monkeypatch.setattr("rl_design_space.commands.terminal.console.width", 200, raising=False)
 
     def run(word: str, *arguments: str) -> tuple[int, str]:
         status = 0
         try:
-            commands.run(word, [*arguments, f"outputs={outputs}"])
+            words.run(word, [*arguments, f"outputs={outputs}"])
         except SystemExit as ended:
             status = int(ended.code or 0)
         return status, capsys.readouterr().out
@@ -37,39 +37,39 @@ def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
     return run
 
 
-class Nobody:
-    """Delivers nothing."""
+class NoCourier:
+    """A courier that delivers nothing."""
 
     def watch(self, name: str, done: object) -> None:
         pass
 
 
-def waiting(outputs: Path) -> MlflowTracker:
-    """A tracker whose records wait."""
-    return options(outputs / "mlflow.db").open("", Nobody())
+def undelivered(outputs: Path) -> MlflowTracker:
+    """Return a tracker whose records stay pending."""
+    return options(outputs / "mlflow.db").open("", NoCourier())
 
 
-def test_what_waits_is_delivered_once(say, outputs: Path):
-    assert say("sync") == (0, "nothing waits to be delivered\n")
-    tracker = waiting(outputs)
+def test_pending_records_are_delivered_once(say, outputs: Path):
+    assert say("sync") == (0, "no pending records\n")
+    tracker = undelivered(outputs)
     for override in ("seed=0", "seed=1"):
         tracker.record(*learned(override))
     status, said = say("sync")
     assert status == 0
-    assert re.search(r"2 records for sqlite:.* …\n2 records delivered\nnothing waits", said)
-    assert say("sync") == (0, "nothing waits to be delivered\n")
+    assert re.search(r"2 records for sqlite:.* …\n2 records delivered\nno pending records", said)
+    assert say("sync") == (0, "no pending records\n")
     assert len(tracker.finished([learned(seed)[0].fingerprint for seed in ("seed=0", "seed=1")])) == 2
 
 
-def test_what_cannot_be_delivered_is_told(say, outputs: Path):
-    tracker = waiting(outputs)
+def test_undeliverable_records_are_reported(say, outputs: Path):
+    tracker = undelivered(outputs)
     planned, curves = learned()
     tracker.record(planned, curves)
     (path,) = (outputs / "spool").glob("*/*.record")
     path.write_bytes(b"nonsense")
     status, said = say("sync")
     assert status == 1
-    assert re.search(r"set aside, because it cannot be: .*aside/\d+-1-point-", said)
+    assert re.search(r"quarantined, because it cannot be delivered: .*aside/\d+-1-point-", said)
 
 
 def test_the_state_of_a_store(say, outputs: Path):
@@ -80,7 +80,7 @@ def test_the_state_of_a_store(say, outputs: Path):
     client = MlflowClient(f"sqlite:///{outputs}/mlflow.db")
     client.delete_run(runs[0].run_id)
     client.update_run(runs[1].run_id, status="FAILED")
-    waiting(outputs).record(*learned("seed=3"))
+    undelivered(outputs).record(*learned("seed=3"))
     status, said = say("store", "status")
     assert status == 0
     for line in (r"points +1 complete", r"incomplete +1 FAILED", r"deleted +1 runs", r"unsynced +1 points, 1 records"):
@@ -98,20 +98,20 @@ def test_there_is_no_store_without_tracking(arguments: tuple[str, ...], say):
         say(*arguments, "tracking=none")
 
 
-def test_a_point_is_no_setting(say):
+def test_an_override_of_a_point_is_refused(say):
     with pytest.raises(ConfigError, match=r"seed=3: not a setting; this command takes outputs=…"):
         say("sync", "seed=3")
 
 
-def test_a_run_can_be_had_again(say, outputs: Path):
+def test_a_rerun_gives_identical_results(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db"), *learned("representation=direction", "msa=lengths_2_3"))
     status, said = say("rerun", run.run_id[:8])
     assert status == 0
     assert said.startswith("identical: task.periods=3")
-    assert "12 trials, bit by bit" in said.replace("\n", " ")
+    assert "12 trials, bit for bit" in said.replace("\n", " ")
 
 
-def test_a_run_that_is_another_one_is_told(say, outputs: Path):
+def test_a_rerun_with_different_results_is_reported(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db"), *learned())
     path = Path(run.artifacts.removeprefix("file://")) / "periods.npz"
     arrays = read_saved(path)
@@ -123,13 +123,13 @@ def test_a_run_that_is_another_one_is_told(say, outputs: Path):
     assert "in steps" in said
 
 
-def test_a_run_that_is_not_there_is_told(say, outputs: Path):
+def test_an_unknown_run_is_refused(say, outputs: Path):
     record(tracker_at(outputs / "mlflow.db"), *learned())
-    with pytest.raises(ConfigError, match="ffff: no complete run has an id that begins so"):
+    with pytest.raises(ConfigError, match="ffff: no complete run has an id that begins with this"):
         say("rerun", "ffff")
 
 
 def test_a_run_without_its_periods_cannot_be_compared(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db", artifact="curves"), *learned())
-    with pytest.raises(ConfigError, match="kept its curves alone"):
+    with pytest.raises(ConfigError, match="holds its curves only"):
         say("rerun", run.run_id)

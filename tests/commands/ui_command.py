@@ -1,4 +1,4 @@
-"""The UI command, while it runs."""
+"""Run the UI command in the background."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tests.command_runner import finished, next_line, output_of, started
 
-#: Its last line is about this.
+#: Text in the last line that the command prints.
 LAST = "all sweeps"
 
 

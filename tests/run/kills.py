@@ -1,4 +1,4 @@
-"""Sweeps that are killed again and again, through the real command line."""
+"""Sweeps through the real command line that are killed repeatedly."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ COMMAND = Path(sysconfig.get_path("scripts")) / "rl-design-space"
 
 @dataclass
 class Store:
-    """The runs of a sweep, as its database has them."""
+    """The runs in the database of a sweep."""
 
     database: Path
 
     def statuses(self) -> Counter[str]:
-        """Runs by status; none before there is a database."""
+        """Return the number of runs by status; empty before there is a database."""
         return Counter(status for _, status in self._points())
 
     def finished(self) -> Counter[str]:
-        """Complete runs by fingerprint."""
+        """Return the number of complete runs by fingerprint."""
         return Counter(fingerprint for fingerprint, status in self._points() if status == "FINISHED")
 
     def sweeps(self) -> list[str]:
-        """Statuses of the summary runs, in their order."""
+        """Return the statuses of the summary runs, in order."""
         return [status for (status,) in self._ask("select status from runs where name = 'sweep' order by start_time")]
 
     def incomplete(self) -> int:
-        """FINISHED runs that lack something: params, curves, or the artifact."""
+        """Return the number of FINISHED runs without params, curves or artifact."""
         query = """
             select artifact_uri, (select count(*) from params p where p.run_uuid = r.run_uuid),
                    (select count(*) from metrics m where m.run_uuid = r.run_uuid)
@@ -63,22 +63,22 @@ class Store:
 
 @dataclass
 class Figures:
-    """What came of it."""
+    """The result of killing a sweep repeatedly."""
 
     kills: int = 0
-    #: Kills by whether the database held no point, some or all of them.
+    #: Number of kills by whether the database held no, some or all points.
     stages: Counter[str] = field(default_factory=Counter)
 
 
 def start(folder: Path, *words: str) -> subprocess.Popen[str]:
-    """Begin a sweep in a folder, in a process group of its own."""
+    """Start a sweep in a folder, in its own process group."""
     pipe = subprocess.PIPE
     command = [str(COMMAND), "-m", "threads=2", *words]
     return subprocess.Popen(command, cwd=folder, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
 
 
 def killed_until_done(folder: Path, words: tuple[str, ...], points: int, kills: int, seed: int) -> Figures:
-    """Run a sweep again and again, killing it at random moments, and then once more until it ends.
+    """Run a sweep repeatedly, killing it at random times, then once more until it ends.
 
     Half of the kills come at any time after the start, the others right after the store has changed.
     """

@@ -1,4 +1,4 @@
-"""A sweep that is killed at any moment loses nothing and doubles nothing; nor do two sweeps at once."""
+"""Sweeps that are killed, and two sweeps at once, record every point exactly once."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def stored(folder: Path) -> Store:
     return Store(folder / "outputs" / "mlflow.db")
 
 
-def test_killed_sweeps_lose_no_point_and_double_none(tmp_path: Path):
+def test_killed_sweeps_record_every_point_exactly_once(tmp_path: Path):
     figures = killed_until_done(tmp_path, TINY, POINTS, kills=5, seed=1)
     store = stored(tmp_path)
     assert figures.kills > 1
@@ -27,7 +27,7 @@ def test_killed_sweeps_lose_no_point_and_double_none(tmp_path: Path):
     assert store.finished() == Counter(dict.fromkeys(store.finished(), 1))
     assert len(store.finished()) == POINTS
     assert store.incomplete() == 0
-    # What was left half-way is marked so, and the summaries of the killed sweeps are closed.
+    # Incomplete runs are marked KILLED, and the summary runs of killed sweeps are closed.
     assert set(store.statuses()) <= {"FINISHED", "KILLED"}
     assert store.sweeps()[-1] == "FINISHED" or store.statuses()["FINISHED"] == POINTS
     assert "RUNNING" not in store.sweeps()

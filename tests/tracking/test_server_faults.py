@@ -133,7 +133,7 @@ def test_results_wait_for_a_server_that_is_not_there(mlflow_server: MlflowServer
     recorded = Recorded(mlflow_server.uri, "away")
     recorded.check(3)
     assert waiting(tmp_path) == 0
-    assert command("sync", *store).stdout == "nothing waits to be delivered\n"
+    assert command("sync", *store).stdout == "no pending records\n"
     recorded.check(3)
 
 

@@ -1,4 +1,4 @@
-"""Look after the store: `status` says what is in it, `compact` gives back the room of deleted runs."""
+"""Inspect the tracking store (`status`), or free the disk space of deleted runs (`compact`)."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Show a store's state, or compact it.
+    """Show the state of a store, or compact it.
 
     Raises:
-        ConfigError: there is no store, or it cannot be compacted from here.
+        ConfigError: there is no store, or it cannot be compacted from this machine.
     """
     parser = argparse.ArgumentParser(prog="rl-design-space store", description=__doc__)
     parser.add_argument("action", choices=["status", "compact"])
-    parser.add_argument("overrides", nargs="*", help="which store: outputs=… tracking.uri=…")
+    parser.add_argument("overrides", nargs="*", help="settings, e.g. outputs=DIR or tracking.uri=URI")
     options = parser.parse_args(arguments)
 
     from rl_design_space.commands.terminal import console
