@@ -1,4 +1,4 @@
-"""Tracking: learning curves into MLflow, and runs back out of it."""
+"""Tracking: recording learning curves in MLflow, and reading runs back."""
 
 from rl_design_space.tracking.backends import MlflowTracking, NoTracking, Tracking
 

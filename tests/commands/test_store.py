@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rl_design_space import commands
+from rl_design_space.commands import words
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
-from tests.tracking.stores import copy_database, learned, options, record, tracker_at
+from tests.tracking.stores import copy_database, learned, record, tracker_at, undelivered_tracker_at
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
     def run(word: str, *arguments: str) -> tuple[int, str]:
         status = 0
         try:
-            commands.run(word, [*arguments, f"outputs={outputs}"])
+            words.run(word, [*arguments, f"outputs={outputs}"])
         except SystemExit as ended:
             status = int(ended.code or 0)
         return status, capsys.readouterr().out
@@ -37,39 +37,32 @@ def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
     return run
 
 
-class Nobody:
-    """Delivers nothing."""
-
-    def watch(self, name: str, done: object) -> None:
-        pass
-
-
-def waiting(outputs: Path) -> MlflowTracker:
-    """A tracker whose records wait."""
-    return options(outputs / "mlflow.db").open("", Nobody())
+def undelivered(outputs: Path) -> MlflowTracker:
+    """Return a tracker whose records stay pending."""
+    return undelivered_tracker_at(outputs / "mlflow.db")
 
 
 def test_what_waits_is_delivered_once(say, outputs: Path):
-    assert say("sync") == (0, "nothing waits to be delivered\n")
-    tracker = waiting(outputs)
+    assert say("sync") == (0, "no pending records\n")
+    tracker = undelivered(outputs)
     for override in ("seed=0", "seed=1"):
         tracker.record(*learned(override))
     status, said = say("sync")
     assert status == 0
-    assert re.search(r"2 records for sqlite:.* …\n2 records delivered\nnothing waits", said)
-    assert say("sync") == (0, "nothing waits to be delivered\n")
+    assert re.search(r"2 records for sqlite:.* …\n2 records delivered\nno pending records", said)
+    assert say("sync") == (0, "no pending records\n")
     assert len(tracker.finished([learned(seed)[0].fingerprint for seed in ("seed=0", "seed=1")])) == 2
 
 
 def test_what_cannot_be_delivered_is_told(say, outputs: Path):
-    tracker = waiting(outputs)
+    tracker = undelivered(outputs)
     planned, curves = learned()
     tracker.record(planned, curves)
     (path,) = (outputs / "spool").glob("*/*.record")
     path.write_bytes(b"nonsense")
     status, said = say("sync")
     assert status == 1
-    assert re.search(r"set aside, because it cannot be: .*aside/\d+-1-point-", said)
+    assert re.search(r"quarantined, because it cannot be delivered: .*aside/\d+-1-point-", said)
 
 
 def test_the_state_of_a_store(say, outputs: Path):
@@ -80,10 +73,10 @@ def test_the_state_of_a_store(say, outputs: Path):
     client = MlflowClient(f"sqlite:///{outputs}/mlflow.db")
     client.delete_run(runs[0].run_id)
     client.update_run(runs[1].run_id, status="FAILED")
-    waiting(outputs).record(*learned("seed=3"))
+    undelivered(outputs).record(*learned("seed=3"))
     status, said = say("store", "status")
     assert status == 0
-    for line in (r"points +1 complete", r"incomplete +1 FAILED", r"deleted +1 runs", r"unsynced +1 points, 1 records"):
+    for line in (r"points +1 complete", r"incomplete +1 FAILED", r"deleted +1 runs", r"pending +1 points, 1 records"):
         assert re.search(line, said), said
     status, said = say("store", "compact")
     assert "1 deleted runs removed" in said
