@@ -1,8 +1,8 @@
 # Everything a newcomer needs:
 #   make run    set up, run every table and figure of the paper, write the page with all of them
-#   make quick  the same with a tenth of the periods, for a first look
+#   make quick  like make run, with a tenth of the periods, for a first look
 #   make test   set up, then lint, types and tests
-#   make ui     the MLflow UI on what has been run
+#   make ui     open the MLflow UI on the recorded runs
 #   make bench  set up with other implementations, then measure ours against them
 
 PYTHON  ?= python3
@@ -34,6 +34,7 @@ lint: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
 
 ui: $(VENV)/.run
 	$(BIN)/rl-design-space ui
@@ -43,7 +44,7 @@ bench: peers
 
 peers: $(VENV)/.bench
 
-# The stamps say which lock file a virtual environment was filled from.
+# A stamp records that the virtual environment holds what its lock file lists.
 $(VENV)/.run: requirements.txt pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --no-deps --require-hashes -r requirements.txt
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
@@ -64,7 +65,7 @@ $(BIN)/python:
 	  { echo "error: this Python cannot make virtual environments; on Debian: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 
-# Exact versions with hashes, for every platform and Python version that pyproject.toml allows; needs uv.
+# Exact versions with hashes, for every platform and Python version that pyproject.toml allows. Needs uv.
 UV_COMPILE = echo 'hatchling>=1.27,<2' | uv pip compile pyproject.toml - --universal --generate-hashes --quiet \
   --no-emit-index-url --no-annotate --custom-compile-command 'make lock'
 lock:
@@ -73,4 +74,4 @@ lock:
 	$(UV_COMPILE) --constraint requirements.txt --extra bench --output-file requirements-bench.txt
 
 clean:
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache build dist
+	rm -rf $(VENV) .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist

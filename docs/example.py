@@ -1,7 +1,7 @@
-"""Two representations on the same starts and goals: `python docs/example.py [PICTURE]`.
+"""Compare two representations on the same starts and goals: `python docs/example.py [PICTURE]`.
 
-Learns two design points that differ in their representation alone, prints a table of them and how they differ, period
-by period, and saves their learning curves as a picture (outputs/example.png).
+Learns two design points that differ only in their representation, prints a table and the paired difference of their
+total steps, and saves their learning curves as a picture (outputs/example.png).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ POINTS = {
 
 
 def table(curves: dict[str, rds.LearningCurves]) -> pd.DataFrame:
-    """One row a representation: moves a period with their 95 % interval, failures, and how good it is in the end."""
+    """Return one row a representation: steps a period with their 95 % interval, failed trials, final quality."""
     rows = {}
     for name, learned in curves.items():
         total = mean_estimate(learned.total_steps)
@@ -43,18 +43,18 @@ def table(curves: dict[str, rds.LearningCurves]) -> pd.DataFrame:
 
 
 def difference(curves: dict[str, rds.LearningCurves]) -> str:
-    """How many more moves the second one needs; points of equal seed and size meet the same layouts, hence in pairs."""
+    """Describe how many more steps the second one needs; layouts are the same, so periods are compared in pairs."""
     first, second = curves
     paired = curves[second].total_steps - curves[first].total_steps
     more = mean_estimate(paired)
     return (
-        f"{second} minus {first}, in pairs: {more.value:+,.0f} moves a period "
+        f"{second} minus {first}, in pairs: {more.value:+,.0f} steps a period "
         f"(95 % interval {more.low:+,.0f} to {more.high:+,.0f}); fewer in {(paired < 0).mean():.0%} of the periods"
     )
 
 
 def draw(curves: dict[str, rds.LearningCurves], picture: Path) -> None:
-    """Mean moves of every trial, and the middle 80 % of periods."""
+    """Draw the mean steps of every trial, and the middle 80 % of periods."""
     figure, axis = plt.subplots(figsize=(7, 4), layout="constrained")
     for name, learned in curves.items():
         frame = learned.to_frame()
@@ -62,7 +62,7 @@ def draw(curves: dict[str, rds.LearningCurves], picture: Path) -> None:
         axis.fill_between(frame["trial"], frame["steps/q10"], frame["steps/q90"], color=line.get_color(), alpha=0.15)
     optimum = next(iter(curves.values())).optimum.mean()
     axis.axhline(optimum, color="black", linestyle=":", label="optimum")
-    axis.set(xlabel="trial", ylabel="moves to the final goal (band: 10 to 90 %)", yscale="log")
+    axis.set(xlabel="trial", ylabel="steps to the final goal (band: 10 to 90 %)", yscale="log")
     axis.legend()
     picture.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(picture, dpi=150)
@@ -70,7 +70,7 @@ def draw(curves: dict[str, rds.LearningCurves], picture: Path) -> None:
 
 
 def main() -> None:
-    """Learn, print and draw."""
+    """Learn the points, print the comparison and draw the curves."""
     picture = Path(sys.argv[1] if len(sys.argv) > 1 else "outputs/example.png")
     curves = {name: rds.simulate(point) for name, point in POINTS.items()}
     print(table(curves).to_string())

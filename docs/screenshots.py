@@ -1,7 +1,7 @@
-"""Make the pictures of docs/mlflow.md anew with Chromium: `python -m docs.screenshots`.
+"""Take the screenshots of docs/mlflow.md with Chromium: `python -m docs.screenshots`.
 
-Runs one of the paper's studies into a temporary folder, starts `rl-design-space ui` there, opens the addresses that it
-names, and writes docs/images/mlflow-*.png. Takes a minute; needs what the tests need.
+Runs a study of the paper in a temporary folder, starts `rl-design-space ui` there, opens the links that it prints, and
+writes docs/images/mlflow-*.png. Takes a minute; needs what the tests need.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.commands import SCRIPTS, environment
+from tests.command_runner import SCRIPTS, environment
+from tests.commands.ui_command import ui_of
 from tests.devtools import Tab, tab
-from tests.ui_command import ui_of
 
 _IMAGES = Path(__file__).parent / "images"
-#: What the UI remembers of its user: the assistant was closed, and "Model training" chosen.
+#: State of the UI in the browser: the assistant is closed and "Model training" chosen.
 _SETTINGS = (
     "'mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true'",
     "'mlflow.workflowType_v1', '\"machine_learning\"'",
@@ -24,14 +24,14 @@ _ROWS = "document.querySelectorAll('.ag-center-cols-container .ag-row').length"
 
 
 def main() -> None:
-    """Run, serve, photograph."""
+    """Run the study, serve it and take the screenshots."""
     with TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "temporary").mkdir()
-        # Who ran it is none of the readers' business.
-        as_reader = environment(folder, LOGNAME="reader", USER="reader")
+        # The UI shows the user's name.
+        variables = environment(folder, LOGNAME="reader", USER="reader")
         command = [SCRIPTS / "rl-design-space", "study=fig2", "outputs=out"]
-        subprocess.run(command, cwd=folder, env=as_reader, check=True)
+        subprocess.run(command, cwd=folder, env=variables, check=True)
         with ui_of(folder, "out") as links, tab(folder / "profile") as page:
             for setting in _SETTINGS:
                 page.before_each_page(f"localStorage.setItem({setting})")

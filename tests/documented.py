@@ -1,4 +1,4 @@
-"""The fenced commands of a page of the documentation, run in order beside the files that the page gives."""
+"""Files and commands in the fenced blocks of a documentation page."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ from typing import NamedTuple
 
 from markdown_it import MarkdownIt
 
-from rl_design_space import commands
+from rl_design_space.commands import words as subcommands
 from rl_design_space.commands.figures import WORDS
 from tests.command_runner import SCRIPTS, Completed, environment
 
 DOCS = Path(__file__).parent.parent / "docs"
 PROGRAMS = ("rl-design-space", "rl-design-report")
-#: What makes a documented run short.
+#: Overrides that make a documented run short.
 SMALL = ("task.periods=2", "task.trials=5", "threads=1")
 
 
 class File(NamedTuple):
-    """A fence whose second word is the path of the file, as in `yaml mine/world/large.yaml`."""
+    """A fenced block whose info string names a file, as in `yaml mine/world/large.yaml`."""
 
     path: str
     text: str
 
 
 class Typed(NamedTuple):
-    """A command of a fence of `sh`."""
+    """A command in a fenced block of `sh`."""
 
     words: tuple[str, ...]
 
 
 def parts_of(page: Path) -> list[File | Typed]:
-    """The files and commands of a page, from top to bottom."""
+    """Return the files and commands of a page, from top to bottom."""
     return list(_parts(page.read_text(encoding="utf-8")))
 
 
@@ -55,10 +55,10 @@ def _commands(text: str) -> Iterator[Typed]:
 
 
 def run(words: tuple[str, ...], folder: Path) -> Completed:
-    """Run a documented command in a folder; what it would learn, or report about, is made small."""
+    """Run a documented command in a folder; learning and reports get the overrides of `SMALL`."""
     program, *arguments = words
-    as_it_stands = set(arguments) & {*commands.words(), *WORDS, "--help", "-h", "--hydra-help"}
-    small = () if as_it_stands else SMALL
+    unchanged = set(arguments) & {*subcommands.names(), *WORDS, "--help", "-h", "--hydra-help"}
+    small = () if unchanged else SMALL
     return subprocess.run(
         [str(SCRIPTS / program), *arguments, *small],
         cwd=folder,

@@ -1,4 +1,4 @@
-"""docs/components.md does what it says: its files and commands, in an empty folder."""
+"""The files and commands of docs/components.md work in an empty folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PAGE = (Path(__file__).parents[1] / "docs" / "components.md").read_text(encoding
 BLOCKS = [(token.info.split(), token.content) for token in MarkdownIt().parse(PAGE) if token.type == "fence"]
 FILES = {words[1]: content for words, content in BLOCKS if len(words) == 2}
 COMMANDS = [line for words, content in BLOCKS if words == ["sh"] for line in content.splitlines()]
-#: Each kind's own option beside a built-in one.
+#: Kind of component, a built-in option, the option of the page.
 KINDS = [
     ("representation", "ad_hoc", "rings"),
     ("exploration", "constant", "hyperbolic"),

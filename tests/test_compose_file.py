@@ -1,4 +1,4 @@
-"""The server that docs/server/compose.yaml describes: its versions are those of the lock file, and it runs."""
+"""The service of docs/server/compose.yaml runs, with the versions of the lock file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _VARIABLE = re.compile(r"\$\{(\w+)(?::([-?])([^}]*))?\}")
 
 
 def composed(**values: str) -> dict:
-    """The services as Compose reads them, with the variables of an .env file."""
+    """Return the services as Compose reads them, with these variables of an .env file."""
 
     def value(found: re.Match[str]) -> str:
         name, kind, text = found.groups()
@@ -34,17 +34,17 @@ def composed(**values: str) -> dict:
     return yaml.safe_load(_VARIABLE.sub(value, COMPOSE))
 
 
-#: What the example leaves empty.
+#: Variables that the example leaves empty.
 SECRETS = {"POSTGRES_PASSWORD": "of-postgres", "ADMIN_PASSWORD": "of-the-admin", "SECRET_KEY": "of-cookies"}
 
 
-def test_the_example_names_every_variable_and_holds_no_password():
+def test_the_example_lists_every_variable_and_contains_no_password():
     lines = re.findall(r"^#?([A-Z_]+)=(.*)$", (FOLDER / ".env.example").read_text(encoding="utf-8"), re.MULTILINE)
     assert {name for name, *_ in _VARIABLE.findall(COMPOSE)} == {name for name, _ in lines}
     assert {name for name, text in lines if not text} == set(SECRETS)
 
 
-def test_packages_are_those_of_the_lock_file():
+def test_packages_have_the_versions_of_the_lock_file():
     locked = dict(re.findall(r"^([\w-]+)==([^\s;]+)", (ROOT / "requirements-test.txt").read_text(), re.MULTILINE))
     recipe = composed(**SECRETS)["services"]["mlflow"]["build"]["dockerfile_inline"]
     (packages,) = re.findall(r"pip install --no-cache-dir (.*)", recipe)
@@ -70,7 +70,7 @@ def test_postgresql_is_the_one_that_is_tested():
         pytest.skip(f"this machine has PostgreSQL {tested}, not that of {image}")
 
 
-def test_only_this_machine_gets_in_by_default():
+def test_only_this_machine_has_access_by_default():
     services = composed(**SECRETS)["services"]
     assert "ports" not in services["postgres"]
     assert services["mlflow"]["ports"] == ["127.0.0.1:5000:5000"]
@@ -79,7 +79,7 @@ def test_only_this_machine_gets_in_by_default():
 
 
 @needs_postgres
-def test_its_mlflow_runs_as_it_is_written_there(postgres: Postgres, tmp_path: Path, monkeypatch):
+def test_the_mlflow_service_runs_as_described(postgres: Postgres, tmp_path: Path, monkeypatch):
     uri = postgres.create(password=SECRETS["POSTGRES_PASSWORD"])
     port, database = free_port(), uri.rpartition("/")[2]
     here = {
@@ -119,7 +119,7 @@ def test_its_mlflow_runs_as_it_is_written_there(postgres: Postgres, tmp_path: Pa
         run = written(client, "composed")
         check(client, run)
         assert list((tmp_path / "artifacts").rglob(f"{run}/artifacts/config.yaml"))
-        # What its healthcheck runs, at the port of here.
+        # The healthcheck, at the port of this test.
         _, _, option, script = service["healthcheck"]["test"]
         probe = [SCRIPTS / "python", option, script.replace("5000", str(port))]
         subprocess.run(probe, check=True, timeout=30)

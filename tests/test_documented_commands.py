@@ -1,4 +1,4 @@
-"""Every command that a page of the documentation tells people to type works as it stands, in the order of the page."""
+"""The commands of the documentation pages work as written, in the order of the page."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import pytest
 from tests.documented import DOCS, File, Typed, parts_of, run
 from tests.tracking.stores import copy_database
 
-#: Pages with tests of their own, because they give files as well, or need a server.
+#: Pages with tests of their own: they contain files, or need a server.
 _ELSEWHERE = {"configs.md", "components.md", "python.md", "clusters.md", "server.md"}
 PAGES = [DOCS.parent / "README.md", *(page for page in sorted(DOCS.glob("*.md")) if page.name not in _ELSEWHERE)]
 
 
 def typed(page: Path) -> list[Typed]:
-    """The commands of a page that end by themselves."""
+    """Return the commands of a page, except those that run until Ctrl-C."""
     return [part for part in parts_of(page) if isinstance(part, Typed) and part.words[1:2] != ("ui",)]
 
 
-def test_the_pages_have_commands():
+def test_the_pages_contain_commands():
     assert sum(map(len, map(typed, PAGES))) > 15
 
 
@@ -47,7 +47,7 @@ def test_the_commands_of_a_page_work(page: Path, folder: Path):
 
 
 @pytest.mark.parametrize("page", [*DOCS.rglob("*.md"), DOCS.parent / "README.md", DOCS.parent / "CONTRIBUTING.md"])
-def test_links_lead_to_files(page: Path):
+def test_links_lead_to_existing_files(page: Path):
     for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text(encoding="utf-8")):
         if not target.startswith("http"):
             assert (page.parent / target).exists(), target

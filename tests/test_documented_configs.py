@@ -1,4 +1,4 @@
-"""What docs/configs.md tells people to type works as it stands, and the files that it gives keep to their schemas."""
+"""The commands of docs/configs.md work as written, and its files match their schemas."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_page_has_files_and_commands():
+def test_the_page_contains_files_and_commands():
     assert len(GIVEN) == 4
     assert len(TYPED) == 14
 
@@ -40,7 +40,7 @@ def test_a_command_works(typed: Typed, folder: Path):
 
 
 @pytest.mark.parametrize("given", GIVEN, ids=lambda given: given.path)
-def test_an_editor_finds_nothing_wrong_with_a_file(given: File):
+def test_a_file_matches_its_schema(given: File):
     group = Path(given.path).parent.name
     schema = CONF / ("" if "@package _global_" in given.text else group) / "schema.json"
     problems = Draft7Validator(yaml.safe_load(schema.read_text(encoding="utf-8"))).iter_errors(

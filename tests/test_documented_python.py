@@ -1,4 +1,4 @@
-"""The Python of the documentation runs, and prints what stands under it."""
+"""The Python blocks of the documentation run and print the output shown under them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from markdown_it import MarkdownIt
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "docs/python.md")
 
-#: What differs from one run to the next.
+#: Output that differs between runs.
 _TIMES = re.compile(r"(?<=seconds {7})[\d.]+")
 
 
 def blocks(page: str) -> list[tuple[str, str | None, int]]:
-    """Every Python block of a page, the text block that follows it if there is one, and its first line."""
+    """Return each Python block of a page, the text block that follows it (or None), and its first line."""
     fences = [token for token in MarkdownIt().parse((ROOT / page).read_text(encoding="utf-8")) if token.type == "fence"]
     following = [fence.content if fence.info == "text" else None for fence in fences[1:]] + [None]
     return [
@@ -30,7 +30,7 @@ def blocks(page: str) -> list[tuple[str, str | None, int]]:
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_python_runs_and_prints_what_is_written(page: str):
+def test_python_runs_and_prints_the_documented_output(page: str):
     documented = blocks(page)
     assert documented
     names: dict[str, Any] = {"__name__": "documented"}

@@ -1,4 +1,4 @@
-"""What docs/server.md and docs/clusters.md tell people to type works, with a server and clusters of this machine."""
+"""The commands of docs/server.md and docs/clusters.md work with a server and clusters of this machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tests.documented import DOCS, Typed, parts_of, run
 from tests.servers import MlflowServer, needs_postgres
 from tests.tracking.stores import import_mlflow
 
-#: What a reader has to put in for himself. Clusters that are started elsewhere are not to be had here.
+#: Placeholders that a reader replaces, and the key of clusters that are started elsewhere, which are not tested.
 _SERVER, _RUN, _PART, _ELSEWHERE = (
     "http://trackinghost:5000",
     "RUN_ID",

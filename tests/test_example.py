@@ -1,4 +1,4 @@
-"""The example script runs as documented, and what it prints are the numbers of its points."""
+"""The example script runs as documented and prints the numbers of its points."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_the_example_compares_and_draws(
     assert [row.startswith(f"{name} ") for row, name in zip(rows, totals, strict=True)] == [True, True]
     assert all(f" {total.mean():,.0f} " in row for row, total in zip(rows, totals.values(), strict=True))
     differences = totals["direction"] - totals["ad hoc"]
-    assert paired.startswith(f"direction minus ad hoc, in pairs: {differences.mean():+,.0f} moves a period (95 % ")
+    assert paired.startswith(f"direction minus ad hoc, in pairs: {differences.mean():+,.0f} steps a period (95 % ")
     assert paired.endswith(f"fewer in {(differences < 0).mean():.0%} of the periods")
 
     pixels = imread(picture)
@@ -39,7 +39,7 @@ def test_the_example_compares_and_draws(
     assert pixels.std() > 0.01
 
 
-def test_without_a_name_the_picture_goes_among_the_outputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_the_picture_is_written_to_outputs_by_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(sys, "argv", [str(EXAMPLE)])
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(EXAMPLE), run_name="__main__")

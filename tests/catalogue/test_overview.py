@@ -1,4 +1,4 @@
-"""The help of the commands names what there is."""
+"""The help of the commands lists studies and subcommands."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import sys
 
 import pytest
 
-from rl_design_space import commands
 from rl_design_space._paths import CONF
 from rl_design_space.catalogue.overview import columns
-from rl_design_space.commands import report as report
+from rl_design_space.commands import report, words
 
 
 def test_the_help_of_the_report_lists_the_studies(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
@@ -18,13 +17,13 @@ def test_the_help_of_the_report_lists_the_studies(capsys: pytest.CaptureFixture[
         report.main()
     listed = capsys.readouterr().out.partition("studies:\n")[2]
     assert {file.stem for file in CONF.glob("study/*.yaml")} <= set(listed.split())
-    assert "paper     Everything: all tables, figures and claims of the paper" in listed
+    assert "paper     All tables, figures and claims of the paper" in listed
 
 
-def test_every_command_says_what_it_does_in_one_sentence():
-    assert list(commands.summaries()) == commands.words()
-    assert {"list", "show"} <= set(commands.words())
-    assert all(said and not said.endswith(".") for said in commands.summaries().values())
+def test_every_command_has_a_summary_of_one_sentence():
+    assert list(words.summaries()) == words.names()
+    assert {"list", "show"} <= set(words.names())
+    assert all(said and not said.endswith(".") for said in words.summaries().values())
 
 
 def test_columns_are_as_wide_as_their_widest_name_and_wrap_behind_it():

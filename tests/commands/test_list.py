@@ -38,8 +38,8 @@ def test_a_table_reads_well(said: Said):
     assert lines[0] == "choice option what it is"
     assert lines[2:5] == [
         "world where the agent moves.",
-        "torus (default) Grid with periodic boundary (the paper's)",
-        "walled Grid with walls around it: a move against the wall leaves the agent where it is",
+        "torus (default) Grid with periodic boundary, as in the paper",
+        "walled Grid with walls around it: a step into the wall leaves the agent where it is",
     ]
 
 
