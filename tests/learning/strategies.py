@@ -1,4 +1,4 @@
-"""Random design points, small enough that a slow learner keeps up."""
+"""Random design points, small enough for the reference implementation."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ learners = st.builds(
 
 @st.composite
 def points(draw: st.DrawFn) -> DesignPoint:
-    """Any combination of options and readings; the step cap is often met, also inside a multi-step action."""
+    """Draw any combination of options and readings; the step cap is often met, also within a multi-step action."""
     world = draw(worlds)
     width, height = world.shape
     task = Task(
