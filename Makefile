@@ -11,7 +11,7 @@ BIN     := $(VENV)/bin
 
 export MLFLOW_DISABLE_TELEMETRY := true
 
-.PHONY: help run quick test ui bench peers lint lock clean
+.PHONY: help run quick test ui bench peers lint schemas lock clean
 .DEFAULT_GOAL := help
 
 help:
@@ -30,11 +30,15 @@ quick: $(VENV)/.run
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
-lint: $(VENV)/.test
+lint: schemas
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
+
+# What editors know of conf/ follows from its files and from the classes that they name.
+schemas: $(VENV)/.test
+	$(BIN)/python -m rl_design_space.catalogue.schemas
 
 ui: $(VENV)/.run
 	$(BIN)/rl-design-space ui

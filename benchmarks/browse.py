@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import sqlite3
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -21,7 +20,7 @@ from urllib.request import Request, urlopen
 
 import pandas as pd
 
-from benchmarks.client import ROOT
+from benchmarks.processes import run
 from benchmarks.tables import number
 from rl_design_space.learning.measures import CURVES
 from rl_design_space.tracking import MlflowTracking
@@ -29,21 +28,31 @@ from rl_design_space.tracking.connection import analyze
 from rl_design_space.tracking.read import RunReader
 from rl_design_space.tracking.ui_server import serving
 
-_RUNS, _REAL, _PORT = 10_000, 4, 5117
+_PORT = 5117
+#: Seconds that the server may take for an answer.
+_PATIENCE = 600
 #: Tables with rows of a run.
 _TABLES = ("params", "tags", "latest_metrics", "metrics")
 
 
-def measure(rounds: int, report: Callable[[str], None] = print) -> pd.DataFrame:
+def measure(
+    rounds: int, report: Callable[[str], None] = print, *, runs: int = 10_000, learned: int = 4
+) -> pd.DataFrame:
     """Fill a database, and start a server every round.
+
+    Args:
+        rounds: number of rounds.
+        report: takes a line about the progress.
+        runs: in the database.
+        learned: runs that are learned and recorded; all others are copies of their rows.
 
     Returns:
         One row a request and round: request, state (cold or warm), round, seconds.
     """
     rows = []
     with TemporaryDirectory() as folder:
-        database, experiment = _filled(Path(folder))
-        report(f"browse: {_RUNS:,} runs, {database.stat().st_size / 2**20:,.0f} MiB")
+        database, experiment = _filled(Path(folder), runs, learned)
+        report(f"browse: {runs:,} runs, {database.stat().st_size / 2**20:,.0f} MiB")
         for round_ in range(rounds):
             with serving(f"sqlite:///{database}", _PORT, Path(folder) / "artifacts") as address:
                 for state in ("cold", "warm"):
@@ -57,7 +66,7 @@ def measure(rounds: int, report: Callable[[str], None] = print) -> pd.DataFrame:
                         {"request": what, "state": state, "round": round_, "seconds": seconds}
                         for what, seconds in times.items()
                     ]
-            rows += [{**row, "round": round_} for row in _loaded(database)]
+            rows += [{**row, "round": round_} for row in _loaded(database, runs)]
             report(f"browse: round {round_ + 1} of {rounds}")
     return pd.DataFrame(rows)
 
@@ -77,7 +86,7 @@ def text_of(frame: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _loaded(database: Path) -> list[dict[str, Any]]:
+def _loaded(database: Path, count: int) -> list[dict[str, Any]]:
     """Seconds that the frame of all runs takes, the first time and the second."""
     address = MlflowTracking(uri=f"sqlite:///{database}").address
     rows = []
@@ -85,8 +94,8 @@ def _loaded(database: Path) -> list[dict[str, Any]]:
         began = time.perf_counter()
         runs = RunReader(address).frame()
         rows.append({"request": "load_runs, all runs", "state": state, "seconds": time.perf_counter() - began})
-        if len(runs) != _RUNS:
-            raise RuntimeError(f"{len(runs):,} runs were loaded, not {_RUNS:,}")
+        if len(runs) != count:
+            raise RuntimeError(f"{len(runs):,} runs were loaded, not {count:,}")
     return rows
 
 
@@ -98,7 +107,7 @@ def _page(address: str, experiment: str) -> dict[str, Any]:
         json.dumps(body).encode(),
         {"Content-Type": "application/json"},
     )
-    with urlopen(asked) as answer:
+    with urlopen(asked, timeout=_PATIENCE) as answer:
         page: dict[str, Any] = json.load(answer)
     return page
 
@@ -106,16 +115,17 @@ def _page(address: str, experiment: str) -> dict[str, Any]:
 def _chart(address: str, ids: list[str]) -> None:
     """The values of a learning curve; the UI asks so for each of its charts, at the same time."""
     query = urlencode({"run_ids": ids, "metric_key": CURVES[0], "max_results": 2500}, doseq=True)
-    with urlopen(f"{address}/ajax-api/2.0/mlflow/metrics/get-history-bulk-interval?{query}") as answer:
+    with urlopen(
+        f"{address}/ajax-api/2.0/mlflow/metrics/get-history-bulk-interval?{query}", timeout=_PATIENCE
+    ) as answer:
         found = json.load(answer)["metrics"]
     if {value["run_id"] for value in found} != set(ids):
         raise RuntimeError(f"{CURVES[0]}: the server does not have it of all runs")
 
 
-def _filled(folder: Path) -> tuple[Path, str]:
-    """A database with real runs and copies of them, and the id of their experiment."""
-    command = [sys.executable, "-m", "rl_design_space", "-m", f"seed=range(0,{_REAL})", f"outputs={folder}"]
-    subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
+def _filled(folder: Path, runs: int, learned: int) -> tuple[Path, str]:
+    """Return a database with learned runs and copies of them, and the id of their experiment."""
+    run([sys.executable, "-m", "rl_design_space", "-m", f"seed=range(0,{learned})", f"outputs={folder}"])
     path = folder / "mlflow.db"
     with closing(sqlite3.connect(path)) as database:
         database.execute("PRAGMA cache_size = -1000000")
@@ -123,7 +133,7 @@ def _filled(folder: Path) -> tuple[Path, str]:
             "SELECT experiment_id FROM experiments WHERE name = 'design points'"
         ).fetchone()
         real = [row[0] for row in database.execute("SELECT run_uuid FROM runs WHERE experiment_id = ?", [experiment])]
-        for number_ in range(len(real), _RUNS):
+        for number_ in range(len(real), runs):
             for table in ("runs", *_TABLES):
                 _copy(database, table, real[number_ % len(real)], f"{number_:032x}")
         database.commit()

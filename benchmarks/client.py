@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryFile
+from threading import Timer
 from time import perf_counter
 from typing import Any, NamedTuple, Self
 
@@ -21,6 +22,8 @@ from benchmarks.job import Job
 from benchmarks.peers import Missing
 
 ROOT = Path(__file__).parents[1]
+#: Seconds that any process may take before it is ended.
+LIMIT = 3600.0
 
 #: One thread for every library that would otherwise take all cores.
 _ONE_THREAD = {
@@ -107,7 +110,7 @@ class Worker:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.kill()
-        self._process.wait()
+        self._process.wait(LIMIT)
         self._process.stdin.close()
         self._process.stdout.close()
         self._errors.close()
@@ -132,9 +135,12 @@ class Worker:
 
     def _reply(self) -> dict[str, Any]:
         assert self._process.stdout is not None
+        timer = Timer(LIMIT, self._process.kill)
+        timer.start()
         line = self._process.stdout.readline()
+        timer.cancel()
         if not line:
-            self._process.wait()
+            self._process.wait(LIMIT)
             self._errors.seek(0)
             said = self._errors.read().strip().splitlines()
             raise WorkerError(said[-1] if said else f"ended with status {self._process.returncode}")

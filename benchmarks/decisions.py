@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 import warnings
 
 import numpy as np
 
-from benchmarks.client import ROOT
+from benchmarks.processes import run
 from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Task
 
 
@@ -35,11 +34,8 @@ def decisions_per_move(lengths: tuple[int, ...], periods: int, seed: int = 0) ->
     from rl_design_space.learning import simulate
 
     arguments = json.dumps([lengths, periods, seed])
-    output = subprocess.run(
-        [sys.executable, "-m", "benchmarks.decisions", arguments],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, cwd=ROOT, capture_output=True, text=True, check=True,
-    ).stdout  # fmt: skip
-    counted = json.loads(output)
+    plain = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    counted = json.loads(run([sys.executable, "-m", "benchmarks.decisions", arguments], plain).stdout)
     compiled = simulate(point(lengths, periods, seed), threads=1).total_steps
     if counted["moves"] != compiled.tolist():
         raise RuntimeError(f"lengths {lengths}: the plain and the compiled kernel make different moves")

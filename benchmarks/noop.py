@@ -9,15 +9,11 @@ import json
 import os
 import resource
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
-from rl_design_space.commands import cli
-from rl_design_space.commands import sweep as command
-from rl_design_space.commands.invocation import Invocation, running
+from rl_design_space.commands import cli, sweep_output
 from rl_design_space.design import DesignPoint
 from rl_design_space.learning import LearningCurves, simulation
 
@@ -66,25 +62,18 @@ def main() -> None:
     """Run the command, and report while everything it keeps is still there."""
     simulation.Learning = _Nothing  # type: ignore[assignment, misc]
     simulation.simulate = lambda point, threads=None: _CURVES
-    # A sweep of ours has everything it keeps when it says what became of it; one of Hydra's, at the end.
-    close = command._close
+    # A sweep of ours holds most when it shows its outcome, a sweep of Hydra's when it ends.
+    show, reported = sweep_output.show_outcome, False
 
-    def close_and_report(*arguments: Any) -> None:
-        close(*arguments)
+    def show_and_report(*arguments: Any) -> None:
+        nonlocal reported
+        show(*arguments)
         _report()
+        reported = True
 
-    command._close = close_and_report  # type: ignore[assignment]
-    invocations: list[Invocation] = []
-
-    @contextmanager
-    def noted(invocation: Invocation) -> Iterator[Invocation]:
-        invocations.append(invocation)
-        with running(invocation):
-            yield invocation
-
-    cli.running = noted  # type: ignore[attr-defined]
+    sweep_output.show_outcome = show_and_report  # type: ignore[assignment]
     cli.main()
-    if any(invocation.jobs for invocation in invocations):
+    if not reported:
         _report()
 
 

@@ -8,7 +8,7 @@ much memory they go through.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from time import perf_counter
 
@@ -31,7 +31,6 @@ WHOLE, DECIDE, MOVE, UPDATE, KEEP = "whole step", "decide", "move and look up", 
 WAIT = "look-up that waits"
 FOOTPRINTS_KIB = (16, 128, 512, 2048, 8192, 32768)
 
-_TURNS, _LOOK_UPS = 20_000, 1_000_000
 _compiled = njit(error_model="numpy")
 
 
@@ -73,11 +72,29 @@ def _follow(chain, look_ups):
 _PARTS = {DECIDE: _decide, MOVE: _move, UPDATE: _update, KEEP: _keep}
 
 
-def measure(rounds: int, report: Callable[[str], None] = print) -> pd.DataFrame:
-    """Time every part and look-up in turn. One row a case and round: case, kib, round, ns (a step or a look-up)."""
+def measure(
+    rounds: int,
+    report: Callable[[str], None] = print,
+    *,
+    turns: int = 20_000,
+    look_ups: int = 1_000_000,
+    footprints_kib: Sequence[int] = FOOTPRINTS_KIB,
+) -> pd.DataFrame:
+    """Time every part and look-up in turn.
+
+    Args:
+        rounds: number of rounds.
+        report: takes a line about the progress.
+        turns: how often a part is repeated in a round.
+        look_ups: look-ups in a round.
+        footprints_kib: memory that the look-ups go through, in KiB.
+
+    Returns:
+        One row a case and round: case, kib, round, ns (a step or a look-up).
+    """
     cases: list[tuple[str, int, Callable[[int], float]]] = [(WHOLE, 0, _whole)]
-    cases += [(name, 0, run) for name, run in _parts().items()]
-    cases += [(WAIT, kib, partial(_wait, _chain(kib))) for kib in FOOTPRINTS_KIB]
+    cases += [(name, 0, run) for name, run in _parts(turns).items()]
+    cases += [(WAIT, kib, partial(_wait, _chain(kib), look_ups)) for kib in footprints_kib]
     rows = []
     with pinned(last_core()):
         for round_ in range(-1, rounds):
@@ -123,7 +140,7 @@ def _whole(seed: int) -> float:
     return float(1e9 * curves.seconds / curves.total_steps.sum())
 
 
-def _parts() -> dict[str, Callable[[int], float]]:
+def _parts(turns: int) -> dict[str, Callable[[int], float]]:
     """Every part on lanes of its own, all of them running, in the middle of their periods."""
     point = ours.point(Job(), 2 * LANES, seed=0)
     tables, task = learning_tables(point), point.task
@@ -144,14 +161,14 @@ def _parts() -> dict[str, Callable[[int], float]]:
         )  # fmt: skip
         running = int(lanes.running[0])
         arguments = (lanes, next_of, lanes.entries.ravel(), tables.lengths, tables.rules, running, LANES)
-        runs[name] = partial(_timed, part, arguments, running)
+        runs[name] = partial(_timed, part, turns, arguments, running)
     return runs
 
 
-def _timed(part: Callable[..., None], arguments: tuple[object, ...], running: int, _: int) -> float:
+def _timed(part: Callable[..., None], turns: int, arguments: tuple[object, ...], running: int, _: int) -> float:
     started = perf_counter()
-    part(_TURNS, *arguments)
-    return 1e9 * (perf_counter() - started) / (_TURNS * running)
+    part(turns, *arguments)
+    return 1e9 * (perf_counter() - started) / (turns * running)
 
 
 def _chain(kib: int) -> NDArray[np.int64]:
@@ -163,7 +180,7 @@ def _chain(kib: int) -> NDArray[np.int64]:
     return chain
 
 
-def _wait(chain: NDArray[np.int64], _: int) -> float:
+def _wait(chain: NDArray[np.int64], look_ups: int, _: int) -> float:
     started = perf_counter()
-    _follow(chain, _LOOK_UPS)
-    return 1e9 * (perf_counter() - started) / _LOOK_UPS
+    _follow(chain, look_ups)
+    return 1e9 * (perf_counter() - started) / look_ups

@@ -7,7 +7,6 @@ of the standard library, and nothing else; no change to this package could make 
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.client import ROOT
+from benchmarks.processes import run
 from benchmarks.tables import number, spread
 
 BARE, FLOOR, HELP, ONE, DEFAULT = (
@@ -116,8 +115,8 @@ def _commands(folder: Path) -> dict[str, list[str]]:
     python = [sys.executable]
     options = ["tracking=none", f"outputs={folder}/outputs"]
     used, importable = str(folder / "used.json"), str(folder / "importable.json")
-    _run([*python, "-c", _MODULES, used, *options, "task.periods=1"])
-    _run([*python, "-c", _IMPORT, used, importable])
+    run([*python, "-c", _MODULES, used, *options, "task.periods=1"])
+    run([*python, "-c", _IMPORT, used, importable])
     application = [*python, "-m", "rl_design_space"]
     return {
         BARE: [*python, "-c", ""],
@@ -130,12 +129,8 @@ def _commands(folder: Path) -> dict[str, list[str]]:
 
 def _started(command: Sequence[str]) -> dict[str, float]:
     # Isolated and without site-packages, so that the launcher stays small.
-    output = _run([sys.executable, "-I", "-S", "-c", _LAUNCHER, *command])
+    output = run([sys.executable, "-I", "-S", "-c", _LAUNCHER, *command]).stdout
     status, seconds, peak = json.loads(output)
     if status:
         raise RuntimeError(f"{command} ended with status {status}")
     return {"seconds": seconds, "peak_mib": peak / (2**20 if sys.platform == "darwin" else 2**10)}
-
-
-def _run(command: Sequence[str]) -> str:
-    return subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout

@@ -8,15 +8,14 @@ same command, with fewer points, because each takes them a fifth of a second or 
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pandas as pd
 
-from benchmarks.client import ROOT
+from benchmarks.processes import run
 from benchmarks.tables import number, spread
 
 OURS, STOCK = "rl-design-space", "hydra/sweeper=basic hydra/launcher=basic"
@@ -24,17 +23,23 @@ OURS, STOCK = "rl-design-space", "hydra/sweeper=basic hydra/launcher=basic"
 SIZES = {OURS: (100, 2100), STOCK: (5, 45)}
 
 
-def measure(rounds: int, report: Callable[[str], None] = print) -> pd.DataFrame:
+def measure(
+    rounds: int, report: Callable[[str], None] = print, *, sizes: Mapping[str, tuple[int, int]] = SIZES
+) -> pd.DataFrame:
     """Run both sweeps of every case in turn.
+
+    Args:
+        rounds: number of rounds.
+        report: takes a line about the progress.
+        sizes: points of the smaller and of the larger sweep, by case.
 
     Returns:
         One row a case and round: case, round, points, cpu_ms and kib of a point, files of the larger sweep.
     """
     rows = []
     for round_ in range(rounds):
-        for case, sizes in SIZES.items():
-            few, many = (_run(case, points) for points in sizes)
-            more = sizes[1] - sizes[0]
+        for case, (smaller, larger) in sizes.items():
+            few, many, more = _run(case, smaller), _run(case, larger), larger - smaller
             cpu, kept = ((many[name] - few[name]) / more for name in ("cpu", "bytes"))
             cost = {"points": more, "cpu_ms": 1e3 * cpu, "kib": kept / 2**10, "files": many["files"]}
             rows.append({"case": case, "round": round_, **cost})
@@ -80,7 +85,6 @@ def _run(case: str, points: int) -> dict[str, float]:
     with TemporaryDirectory() as folder:
         plugins = case.split() if case != OURS else []
         sweep = ["-m", "tracking=none", f"outputs={folder}", f"seed=range(0,{points})", *plugins]
-        command = [sys.executable, "-m", "benchmarks.noop", *sweep]
-        ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+        ended = run([sys.executable, "-m", "benchmarks.noop", *sweep])
         figures: dict[str, float] = json.loads(ended.stderr.splitlines()[-1])
         return {**figures, "files": sum(path.is_file() for path in Path(folder).rglob("*"))}

@@ -8,9 +8,9 @@ import resource
 import sys
 from typing import Any
 
-import rl_design_space.commands.sweep as command
-from rl_design_space.commands import cli
-from rl_design_space.run.runner import Outcome
+from rl_design_space.commands import cli, sweep_output
+from rl_design_space.plan.plan import Plan
+from rl_design_space.run.outcome import Outcome
 
 _outcomes: list[Outcome] = []
 
@@ -19,13 +19,13 @@ def main() -> None:
     """Run the command; the CPU time of its children is that of the tracker process."""
     # Registered first, so called last: when the tracker process has ended.
     atexit.register(_report)
-    close = command._close
+    show = sweep_output.show_outcome
 
-    def noted(*arguments: Any) -> None:
-        _outcomes.append(arguments[1])
-        close(*arguments)
+    def noted(plan: Plan, outcome: Outcome, *arguments: Any) -> None:
+        _outcomes.append(outcome)
+        show(plan, outcome, *arguments)
 
-    command._close = noted  # type: ignore[assignment]
+    sweep_output.show_outcome = noted  # type: ignore[assignment]
     cli.main()
 
 
@@ -35,7 +35,7 @@ def _report() -> None:
     figures = {
         "tracker_cpu": children.ru_utime + children.ru_stime,
         "learning": outcome.seconds["learning"],
-        "moves": outcome.moves,
+        "moves": outcome.steps,
     }
     print(json.dumps(figures), file=sys.stderr)
 

@@ -10,22 +10,19 @@ which are learned in a tenth of the time.
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pandas as pd
 
-from benchmarks.client import ROOT
+from benchmarks.processes import run
 from benchmarks.tables import number, spread
 from rl_design_space.learning.cores import available_threads
 
 OURS, NAIVE = "rl-design-space", "fluent API, a call a value"
-#: Points that the naive way records.
-_NAIVE = 10
 
 
 @dataclass(frozen=True)
@@ -47,22 +44,36 @@ class Work:
 WORK = {"Table 4": Work(("study=table4",), points=18, few=1, many=28), "defaults": Work((), 1, few=20, many=520)}
 
 
-def measure(rounds: int, report: Callable[[str], None] = print) -> pd.DataFrame:
+def measure(
+    rounds: int,
+    report: Callable[[str], None] = print,
+    *,
+    works: Mapping[str, Work] = WORK,
+    cores: int | None = None,
+    naive_points: int = 10,
+) -> pd.DataFrame:
     """Record in both ways, and learn with and without a tracker, in turns.
+
+    Args:
+        rounds: number of rounds.
+        report: takes a line about the progress.
+        works: what is learned, by name.
+        cores: that may learn; by default all.
+        naive_points: points that the naive way records in a round.
 
     Returns:
         One row a case and round: case, round, cpu_ms a point, and of ours slowed: seconds a move over those without,
         and learn_ms, which a point takes a thread without.
     """
     rows = []
-    all_threads = available_threads()
+    all_threads = cores or available_threads()
     for round_ in range(rounds):
-        for name, work in WORK.items():
+        for name, work in works.items():
             for threads in sorted({max(all_threads - 1, 1), all_threads}):
                 case = {"case": f"{OURS}, {name}, {threads} of {all_threads} cores learn", "round": round_}
                 rows.append(case | _costs(work, threads, without_first=bool(round_ % 2)))
                 report(f"tracking: round {round_ + 1} of {rounds}, {case['case']}")
-        rows.append({"case": NAIVE, "round": round_, "cpu_ms": 1e3 * _naive()})
+        rows.append({"case": NAIVE, "round": round_, "cpu_ms": 1e3 * _naive(naive_points)})
     return pd.DataFrame(rows)
 
 
@@ -109,15 +120,13 @@ def _costs(work: Work, threads: int, *, without_first: bool) -> dict[str, float]
 def _sweep(work: Work, seeds: int, threads: int, *more: str) -> dict[str, float]:
     with TemporaryDirectory() as folder:
         sweep = ["-m", *work.overrides, f"seed=range(0,{seeds})", f"threads={threads}", f"outputs={folder}", *more]
-        command = [sys.executable, "-m", "benchmarks.tracked", *sweep]
-        ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+        ended = run([sys.executable, "-m", "benchmarks.tracked", *sweep])
         figures: dict[str, float] = json.loads(ended.stderr.splitlines()[-1])
         return figures
 
 
-def _naive() -> float:
-    """CPU seconds a point."""
+def _naive(points: int) -> float:
+    """Return the CPU seconds a point."""
     with TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "benchmarks.naive", str(Path(folder) / "mlflow.db"), str(_NAIVE)]
-        ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-        return float(json.loads(ended.stdout.splitlines()[-1])["cpu"]) / _NAIVE
+        ended = run([sys.executable, "-m", "benchmarks.naive", str(Path(folder) / "mlflow.db"), str(points)])
+        return float(json.loads(ended.stdout.splitlines()[-1])["cpu"]) / points

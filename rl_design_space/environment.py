@@ -1,12 +1,12 @@
-"""The task as a Gymnasium environment, with the very dynamics that the kernel learns on, for other learners.
+"""The task as a Gymnasium environment for other learners, with the dynamics that the kernel learns on.
 
     import gymnasium
     import rl_design_space as rds
-    import rl_design_space.environment  # registers it
+    import rl_design_space.environment  # registers the environment
 
     env = gymnasium.make("rl_design_space/OrderedGoals-v0", point=rds.DesignPoint(representation=rds.Direction()))
 
-It needs Gymnasium: `pip install 'rl-design-space[gym]'`.
+Requires Gymnasium: `pip install 'rl-design-space[gym]'`.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.tables import learning_tables, observation_codes
 
+__all__ = ["ID", "OrderedGoals"]
+
 ID = "rl_design_space/OrderedGoals-v0"
 
 _OBSERVATIONS = ("row", "code")
@@ -37,47 +39,49 @@ _LARGEST_CODE = 2**63 - 1
 
 
 class OrderedGoals(gymnasium.Env[Any, Any]):
-    """Goals on a grid, to be reached in their order: an episode is a trial of a period of a design point.
+    """Goals on a grid, to be reached in order: an episode is a trial of a period of a design point.
 
-    **Layout.** Start and goals are those of one period, the same that the kernel draws for it. They stay, as in the
-    trials of a period, until `reset(options={"period": p})` chooses another one. With `period=None` every reset that
-    does not choose draws one of the point's `task.periods` layouts; `reset(seed=...)` makes the draws repeatable.
+    A *step* of the grid is one cell's worth of movement; a call of `step` carries out an action of one or more of them.
 
-    **Observation.** What the representation lets the agent see, as one number:
+    **Layout.** Start and goals are those that the kernel draws for one period. They stay the same, as in the trials of
+    a period, until `reset(options={"period": p})` chooses another period. With `period=None` every reset without this
+    option draws one of the `task.periods` layouts of the point; `reset(seed=...)` makes the draws repeatable.
+
+    **Observation.** The observation of the representation, as one number:
 
     - `row`: 0 … n_goals · cells - 1, the row of the Q-matrix that the kernel uses, so a table of
-      `observation_space.n` rows is enough for every representation. Rows are numbered anew for every layout.
-    - `code`: the representation's observation code, which means the same in every layout, for learners that carry
-      something from one layout to another. There may be very many; `info` has it in any case.
+      `observation_space.n` rows is enough for every representation. Each layout has its own numbering of rows.
+    - `code`: the observation code of the representation, which has the same meaning in every layout, for learners that
+      transfer what they have learned to another layout. There may be very many codes. `info` always contains it.
 
-    Observations may look alike (that is what representations differ in), so the environment is in general not Markov.
-    The final goal is terminal and has no observation; what comes with it is not to be bootstrapped from.
+    Different states may have equal observations (representations differ in this), so the environment is in general
+    not Markov. The final goal is terminal and has no observation; the one returned there must not be bootstrapped from.
 
-    **Action.** a repeats the move a % 4 (right, left, above, below) as often as `msa.action_lengths()[a // 4]` says. A
-    multi-step action ends early at the final goal, at the step cap, and at a sub-goal under `msa.sub_goal: stop`.
+    **Action.** Action a repeats the primitive action a % 4 (right, left, above, below) `msa.action_lengths()[a // 4]`
+    times. A multi-step action ends early at the final goal, at the step cap, and at a sub-goal with
+    `msa.sub_goal: stop`.
 
-    **Reward.** That of the move; of a multi-step action Σ γ^j r_j over its moves, or what `msa.reward: printed` makes
-    of it, with γ = `learner.gamma`. A learner then bootstraps with γ^executed.
+    **Reward.** The reward of the step; for a multi-step action Σ γ^j r_j over its steps, or the return of
+    `msa.reward: printed`, with γ = `learner.gamma`. A learner then bootstraps with γ^executed.
 
-    **End.** Terminated at the final goal; truncated after `task.max_steps` moves.
+    **End.** Terminated at the final goal; truncated after `task.max_steps` steps.
 
-    **Info.** `period`; `code`; `moves` of the episode; `reached`, the success counter; `optimum`, fewest moves
-    possible. After a step also `executed`, the moves of the action; their `rewards`, one each; and `path`, the
-    observations from which they were made. So move j leads from `path[j]` to `path[j + 1]`, the last one to the
-    observation returned: what a learner needs to let shorter actions learn from a longer one.
+    **Info.** `period`; `code`; `moves`, the steps of the episode; `reached`, the success counter; `optimum`, the fewest
+    steps possible. After an action also `executed`, its number of steps; `rewards`, one per step; and `path`, the
+    observation before each step. So step j leads from `path[j]` to `path[j + 1]`, and the last step to the observation
+    returned: a learner needs this to update shorter actions from a longer one.
 
-    What else a point says is the learner's business: exploration, α, initial Q-values, explore, ties, update, MSA
+    The other values of a point concern the learner: exploration, α, initial Q-values, explore, ties, update, MSA
     propagation, and the number of trials. `learner.out_of_order` and, for multi-step actions, γ are the exceptions.
 
     Args:
         point: world, representation, actions, rewards, goals, step cap and seed; the paper's defaults if None.
-        period: whose layout is used, 0 … task.periods - 1, or None.
+        period: the period whose layout is used, 0 … task.periods - 1, or None.
         observation: "row" or "code".
-        render_mode: "ansi" for `render` to return the grid as text.
+        render_mode: "ansi" if `render` should return the grid as text.
 
     Raises:
-        ConfigError: an argument is not one of these.
-        ValueError: an option of the point yields a table that does not fit its contract.
+        ConfigError: an argument is not allowed, or an option of the point returns a table that breaks its contract.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["ansi"], "render_fps": 4}  # noqa: RUF012 (declared like this by Env)
@@ -110,14 +114,14 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         self._over = True
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[int, dict[str, Any]]:
-        """Put the agent back to the start.
+        """Return the agent to the start.
 
         Args:
-            seed: of the draws under `period=None`; nothing else is random.
+            seed: seed of the draws with `period=None`; nothing else is random.
             options: `{"period": p}` chooses the layout of period p.
 
         Raises:
-            ConfigError: there is no such option or period.
+            ConfigError: the option or the period does not exist.
         """
         super().reset(seed=seed)
         options = options or {}
@@ -136,32 +140,32 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         """Carry out an action.
 
         Raises:
-            gymnasium.error.ResetNeeded: the episode has ended, or has not begun.
-            gymnasium.error.InvalidAction: there is no such action.
+            gymnasium.error.ResetNeeded: the episode has ended or has not begun.
+            gymnasium.error.InvalidAction: the action does not exist.
         """
         if self._over:
-            raise ResetNeeded("the episode has ended or not begun: call reset() first")
+            raise ResetNeeded("the episode has ended or has not begun; call reset() first")
         if not self.action_space.contains(action):
             last = len(MOVES) * len(self._tables.lengths) - 1
             raise InvalidAction(f"action {action!r}: should be a whole number from 0 to {last}")
-        choice, move = divmod(int(action), len(MOVES))
-        length = self._tables.lengths[choice]
+        kind, direction = divmod(int(action), len(MOVES))
+        length = self._tables.lengths[kind]
         path: list[int] = []
         rewards: list[float] = []
-        going = True
-        while going:
+        ended = False
+        while not ended:
             path.append(self._observe())
             reached = self._reached
-            rewards.append(self._move(move))
+            rewards.append(self._step(direction))
             stops = self._tables.rules.stop_at_sub_goal and self._reached > reached
-            going = not (self._ended() or stops or len(rewards) == length)
+            ended = self._ended() or stops or len(rewards) == length
         self._over = self._ended()
         terminated = self._reached == self.point.task.goals
         info = {**self._info(), "executed": len(rewards), "rewards": tuple(rewards), "path": tuple(path)}
         return self._observe(), self._return(rewards, length), terminated, self._over and not terminated, info
 
     def render(self) -> str | None:
-        """The grid: the agent A, the start S, goals ahead by their number, goals reached as *; None without a mode."""
+        """Return the grid: agent A, start S, goals ahead by number, goals reached as *; None without a render mode."""
         if self.render_mode is None:
             return None
         width, height = self.point.world.shape
@@ -171,11 +175,11 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         for number, goal in enumerate(goals, start=1):
             cells[goal] = "*" if number <= self._reached else str(number)
         cells[self._cell] = "A"
-        wide = len(str(len(goals)))
+        digits = len(str(len(goals)))
         rows = [cells[first : first + width] for first in range(0, len(cells), width)]
-        grid = [" ".join(cell.rjust(wide) for cell in row) for row in rows]
+        grid = [" ".join(cell.rjust(digits) for cell in row) for row in rows]
         due = f"goal {self._reached + 1} of {len(goals)} is due" if self._reached < len(goals) else "all goals reached"
-        return "\n".join([*grid, f"{due}; moves: {self._moves}, at least {self._optimum} are needed"])
+        return "\n".join([*grid, f"{due}; steps: {self._steps}, at least {self._optimum} needed"])
 
     def _checked(self, period: object) -> int:
         periods = len(self._layouts)
@@ -184,12 +188,12 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         return int(period)
 
     def _enter(self, period: int) -> None:
-        """Take up the layout of a period."""
+        """Switch to the layout of a period."""
         layout = self._layouts[period : period + 1]
         codes = observation_codes(self.point, layout[:, 1:])[0]
-        _, first, which = np.unique(codes, return_index=True, return_inverse=True)
-        # As in the kernel: by where a code first occurs.
-        rows = np.argsort(np.argsort(first))[which].reshape(codes.shape)
+        _, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
+        # The kernel numbers rows by the first occurrence of their code.
+        rows = np.argsort(np.argsort(first))[inverse].reshape(codes.shape)
         self._codes: list[list[int]] = codes.tolist()
         self._observations: list[list[int]] = rows.tolist() if self._by_row else self._codes
         self._optimum = int(shortest_tours(self._tables.next_cell, layout)[0])
@@ -198,13 +202,13 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
 
     def _begin(self) -> None:
         self._cell = self.layout[0]
-        self._reached = self._moves = 0
+        self._reached = self._steps = 0
 
-    def _move(self, move: int) -> float:
-        """Make one move; returns its reward."""
+    def _step(self, direction: int) -> float:
+        """Make one step and return its reward."""
         rules, goals = self._tables.rules, self.layout[1:]
-        self._cell = self._next_cell[move][self._cell]
-        self._moves += 1
+        self._cell = self._next_cell[direction][self._cell]
+        self._steps += 1
         reward = rules.step_reward
         if self._cell == goals[self._reached]:
             self._reached += 1
@@ -214,10 +218,10 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         return reward
 
     def _ended(self) -> bool:
-        return self._reached == self.point.task.goals or self._moves == self._tables.rules.max_steps
+        return self._reached == self.point.task.goals or self._steps == self._tables.rules.max_steps
 
     def _return(self, rewards: list[float], length: int) -> float:
-        """What an action is worth that brought these rewards."""
+        """Return the return of an action with these rewards."""
         rules = self._tables.rules
         if length > 1 and rules.printed_msa_reward:
             rewards = [rewards[0]] * (len(rewards) + 1)
@@ -232,21 +236,21 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
 
     @property
     def _counter(self) -> int:
-        """The success counter as it is seen; past the last goal there is nothing to see, so the last one stands."""
+        """The success counter of the observation; the final goal has none, and there it is that of the last goal."""
         return min(self._reached, self.point.task.goals - 1)
 
     def _info(self) -> dict[str, Any]:
         return {
             "period": self.period,
             "code": self._codes[self._counter][self._cell],
-            "moves": self._moves,
+            "moves": self._steps,
             "reached": self._reached,
             "optimum": self._optimum,
         }
 
 
 def _code_count(point: DesignPoint) -> int:
-    """How many observation codes there may be."""
+    """Return an upper bound for the number of observation codes."""
     if isinstance(point.representation, SizedRepresentation):
         size: int = point.representation.spanned_size(point.world, point.task.goals)
         return min(size, _LARGEST_CODE)

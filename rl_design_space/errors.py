@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+from rl_design_space._yaml import as_yaml
+
 #: A password in a URI, and what comes before it. A port is none; databases take passwords with slashes.
 _PASSWORD = re.compile(r"(://[^/\s:@]*:)(?!\d*/)\S+(?=@)|([?&]password=)[^&\s]+")
 
@@ -15,12 +17,12 @@ class ConfigError(ValueError):
 
     @classmethod
     def at(cls, key: str, value: object, expected: str) -> ConfigError:
-        """The usual form: which key, which value, and what would be right."""
-        return cls(f"{key}={_as_typed(value)}: {expected}")
+        """Return the usual form: key, value, and what would be right."""
+        return cls(f"{key}={without_passwords(as_yaml(value))}: {expected}")
 
     @classmethod
     def unknown(cls, what: str, name: str, known: Iterable[str], prefix: str = "") -> ConfigError:
-        """A name that does not exist, with the nearest one that does."""
+        """Return the error about a name that does not exist, with the nearest one that does."""
         known = sorted(known)
         beginning = [candidate for candidate in known if name and candidate.startswith(name)]
         nearest = beginning or get_close_matches(name, known, n=1, cutoff=0.5)
@@ -28,20 +30,11 @@ class ConfigError(ValueError):
         return cls(f"{prefix}{name}: no such {what}{hint} (there is {', '.join(known) or 'none'})")
 
 
-def _as_typed(value: object) -> str:
-    """A value as one would type it in YAML."""
-    if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(_as_typed, value))}]"
-    return without_passwords(str(value))
-
-
 def has_password(text: str) -> bool:
-    """Whether a text holds a URI with a password."""
+    """Return whether a text holds a URI with a password."""
     return _PASSWORD.search(text) is not None
 
 
 def without_passwords(text: str) -> str:
-    """The same text, with what is secret in its URIs left out."""
+    """Return the text without the passwords of its URIs."""
     return _PASSWORD.sub(r"\1\2…", text)

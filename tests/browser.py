@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.command_runner import PATIENCE
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium (apt-get install chromium)")
@@ -23,7 +25,7 @@ _FLAGS = (
 def opened(page: Path, profile: Path, *flags: str) -> tuple[str, list[str]]:
     """The page's document as the browser has it, and the complaints on its console."""
     command = [str(CHROMIUM), *_FLAGS, f"--user-data-dir={profile}", *flags, "--dump-dom", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     return done.stdout, re.findall(r"CONSOLE.*", done.stderr)
 
@@ -31,5 +33,5 @@ def opened(page: Path, profile: Path, *flags: str) -> tuple[str, list[str]]:
 def photographed(page: Path, profile: Path, picture: Path, width: int, height: int) -> None:
     """Write a screenshot of the top of a page."""
     flags = [*_FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}", f"--screenshot={picture}"]
-    done = subprocess.run([str(CHROMIUM), *flags, page.as_uri()], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([str(CHROMIUM), *flags, page.as_uri()], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr

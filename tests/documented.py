@@ -11,8 +11,8 @@ from typing import NamedTuple
 from markdown_it import MarkdownIt
 
 from rl_design_space.commands import words as subcommands
-from rl_design_space.commands.figures import WORDS
-from tests.command_runner import SCRIPTS, Completed, environment
+from rl_design_space.commands.figure_words import WORDS
+from tests.command_runner import PATIENCE, SCRIPTS, Completed, environment
 
 DOCS = Path(__file__).parent.parent / "docs"
 PROGRAMS = ("rl-design-space", "rl-design-report")
@@ -65,5 +65,5 @@ def run(words: tuple[str, ...], folder: Path) -> Completed:
         env=environment(folder),
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE,
     )

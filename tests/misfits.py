@@ -7,6 +7,6 @@ from typing import Any
 
 
 def misfit(component: Any, **members: object) -> Any:
-    """A component that is like this one but for these members."""
+    """Return a component that differs from the given one in these members."""
     values = {field.name: getattr(component, field.name) for field in fields(component)}
     return type("Misfit", (type(component),), members)(**values)

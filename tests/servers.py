@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.command_runner import SCRIPTS, environment
+from tests.command_runner import PATIENCE, SCRIPTS, environment
 from tests.service import Service, free_port
 
 if TYPE_CHECKING:
@@ -78,6 +78,7 @@ class Postgres(Service):
             cwd=folder,
             user=other,
             extra_groups=None if other is None else [],
+            timeout=PATIENCE,
         )
         if done.returncode:
             raise RuntimeError(done.stdout + done.stderr)

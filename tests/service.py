@@ -102,11 +102,11 @@ class Service:
             return
         with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.wait()
+        self._process.wait(_END)
         self._process = None
         if self._guard is not None:
             self._guard.kill()
-            self._guard.communicate()
+            self._guard.communicate(timeout=_END)
             self._guard = None
         deadline = monotonic() + _END
         while _listens(self.port):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tests.command_runner import SCRIPTS, environment
+from tests.command_runner import SCRIPTS, environment, output_of
 from tests.servers import PROGRAMS, HttpService, Postgres, needs_postgres
 from tests.service import free_port
 from tests.test_servers import check, written
@@ -63,8 +63,7 @@ def test_images_are_pinned():
 
 @needs_postgres
 def test_postgresql_is_the_one_that_is_tested():
-    said = subprocess.run([PROGRAMS / "postgres", "--version"], capture_output=True, text=True, check=True).stdout
-    tested = re.search(r"\d+", said)[0]
+    tested = re.search(r"\d+", output_of(PROGRAMS / "postgres", "--version"))[0]
     image = composed(**SECRETS)["services"]["postgres"]["image"]
     if not image.startswith(f"postgres:{tested}."):
         pytest.skip(f"this machine has PostgreSQL {tested}, not that of {image}")

@@ -10,6 +10,7 @@ from jsonschema import Draft7Validator
 
 from rl_design_space._paths import CONF
 from tests.documented import DOCS, File, Typed, parts_of, run
+from tests.tracking.stores import copy_database
 
 PARTS = parts_of(DOCS / "configs.md")
 GIVEN = [part for part in PARTS if isinstance(part, File)]
@@ -17,9 +18,10 @@ TYPED = [part for part in PARTS if isinstance(part, Typed)]
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("configs")
     (folder / "temporary").mkdir()
+    copy_database(empty_database, folder / "outputs" / "mlflow.db")
     for path, text in GIVEN:
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The Gymnasium environment behaves as the kernel does, step for step, and keeps to Gymnasium's interface."""
+"""The Gymnasium environment behaves as the kernel does, step by step, and fulfils the interface of Gymnasium."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ from rl_design_space.environment import ID, OrderedGoals
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from tests import reference
+from tests.command_runner import PATIENCE
 from tests.learning import strategies
 from tests.learning.plays import play_period
 from tests.misfits import misfit
@@ -41,7 +42,7 @@ RIGHT, LEFT, ABOVE, BELOW = range(4)
 
 
 def learn_through(env: OrderedGoals, period: int) -> reference.Period:
-    """All trials of a period, by the plain learner on the kernel's random words; it knows only what the env tells."""
+    """Learn all trials of a period with the plain learner, from the random words of the kernel and the env alone."""
     point = env.point
     actions = [(move, length) for length in (1, *point.msa.lengths) for move in range(4)]
     assert env.action_space.n == len(actions)
@@ -80,7 +81,7 @@ def learn_through(env: OrderedGoals, period: int) -> reference.Period:
 
 @settings(deadline=None, max_examples=150)
 @given(point=strategies.points(), observation=st.sampled_from(["row", "code"]), data=st.data())
-def test_a_learner_comes_out_as_in_the_kernel(point: DesignPoint, observation: str, data: st.DataObject):
+def test_a_learner_gets_the_results_of_the_kernel(point: DesignPoint, observation: str, data: st.DataObject):
     curves = simulate(point, threads=1)
     env = OrderedGoals(point, observation=observation)
     for period in range(min(3, point.task.periods)):
@@ -94,7 +95,7 @@ def test_a_learner_comes_out_as_in_the_kernel(point: DesignPoint, observation: s
         assert played.q[at[code]].tobytes() == np.array(values).tobytes()
 
 
-def test_the_default_task_comes_out_as_in_the_kernel():
+def test_the_default_task_gives_the_results_of_the_kernel():
     point = DesignPoint(task=Task(periods=2), representation=Direction(), msa=MultiStepActions(lengths=(3,)))
     curves = simulate(point, threads=1)
     assert learn_through(OrderedGoals(point), 1).steps == curves.steps[1].tolist()
@@ -118,7 +119,7 @@ def test_starts_and_goals_lie_where_there_are_no_obstacles():
 @settings(deadline=None, max_examples=100)
 @given(point=strategies.points(), data=st.data())
 def test_rows_are_those_of_the_kernel(point: DesignPoint, data: st.DataObject):
-    """As many as the kernel counts, numbered by where a code first occurs, over success counters and cells."""
+    """Rows are numbered by the first occurrence of their code over success counters and cells, as in the kernel."""
     period = data.draw(st.integers(0, point.task.periods - 1))
     env = OrderedGoals(point, period)
     _, *goals = reference.layout_of(point, period)
@@ -135,7 +136,7 @@ def test_rows_are_those_of_the_kernel(point: DesignPoint, data: st.DataObject):
 
 @dataclass(frozen=True)
 class Counter:
-    """An agent that sees nothing but how many goals it has reached; it does not say how many codes there are."""
+    """An agent that observes only the success counter; the number of codes is not given."""
 
     def observation(self, world, goals):
         counter = np.arange(goals.shape[-1], dtype=np.int64)[:, np.newaxis]
@@ -153,7 +154,7 @@ POINTS = {
 
 @pytest.mark.parametrize("name", POINTS)
 @pytest.mark.parametrize("arguments", [{}, {"observation": "code"}, {"period": None}, {"render_mode": "ansi"}], ids=str)
-def test_gymnasium_has_nothing_to_say(name: str, arguments: dict):
+def test_the_checker_of_gymnasium_passes(name: str, arguments: dict):
     # Its warnings are errors here.
     check_env(gymnasium.make(ID, point=POINTS[name], **arguments).unwrapped)
 
@@ -182,7 +183,7 @@ def test_it_survives_pickling_in_the_middle_of_an_episode():
 
 
 def corridor(goals: list[int], **choices) -> OrderedGoals:
-    """A walled grid of 8 × 2 cells, the agent in its corner and goals where a test wants them."""
+    """Return a walled grid of 8 × 2 cells with the agent in its corner and the given goals."""
     env = OrderedGoals(DesignPoint(world=Walled(size=(8, 2)), task=Task(goals=len(goals), max_steps=9), **choices))
     env._layouts = np.array([[0, *goals]], dtype=np.int32)
     return env
@@ -213,17 +214,17 @@ def test_a_multi_step_action_may_stop_at_a_sub_goal():
     assert reward == pytest.approx(-0.1 + 0.9 * 1)
 
 
-def test_the_printed_reward_has_a_term_too_many_and_the_first_reward_throughout():
+def test_the_printed_reward_has_one_term_more_and_the_first_reward_throughout():
     env = corridor([2, 4], msa=replace(LONG, reward="printed"))
     env.reset(options={"period": 0})
     assert env.step(LONG_RIGHT)[1] == pytest.approx(-0.1 * (1 + 0.9 + 0.81 + 0.729 + 0.6561))
-    # A primitive move gets what it brings.
+    # A primitive action gets the reward received.
     env.reset()
     env.step(RIGHT)
     assert env.step(RIGHT)[1] == 1.0
 
 
-def test_the_step_cap_counts_moves_and_cuts_a_multi_step_action():
+def test_the_step_cap_counts_steps_and_ends_a_multi_step_action():
     env = corridor([2, 15], msa=LONG)
     env.reset(options={"period": 0})
     env.step(LONG_RIGHT)
@@ -242,7 +243,7 @@ def test_a_goal_that_is_not_due(reading: str, expected: float):
     assert env.step(RIGHT)[1] == expected
     assert env.step(RIGHT)[1] == 1.0
     assert env.step(RIGHT)[1] == -0.1
-    # What was reached is not due any more.
+    # A goal that was reached is no longer due.
     assert env.step(LEFT)[1] == expected
 
 
@@ -294,11 +295,11 @@ def test_the_grid_as_text():
     assert env.render() == (
         "S . * . . . . .\n"
         ". . A . . 2 . .\n"
-        "goal 2 of 2 is due; moves: 3, at least 6 are needed"
+        "goal 2 of 2 is due; steps: 3, at least 6 needed"
     )  # fmt: skip
     for _ in range(3):
         env.step(RIGHT)
-    assert env.render().splitlines()[1:] == [". . . . . A . .", "all goals reached; moves: 6, at least 6 are needed"]
+    assert env.render().splitlines()[1:] == [". . . . . A . .", "all goals reached; steps: 6, at least 6 needed"]
     assert OrderedGoals().render() is None
 
 
@@ -315,12 +316,12 @@ def test_the_grid_as_text():
     ],
     ids=str,
 )
-def test_what_cannot_be_used_is_refused(arguments: dict, message: str):
+def test_an_invalid_argument_is_refused(arguments: dict, message: str):
     with pytest.raises(ConfigError, match=message):
         OrderedGoals(**arguments)
 
 
-def test_what_cannot_be_asked_of_a_reset_is_refused():
+def test_an_invalid_option_of_reset_is_refused():
     env = OrderedGoals()
     with pytest.raises(ConfigError, match="periods: no such option of reset; did you mean period"):
         env.reset(options={"periods": 3})
@@ -328,7 +329,7 @@ def test_what_cannot_be_asked_of_a_reset_is_refused():
         env.reset(options={"period": 500})
 
 
-def test_what_is_no_action_is_refused():
+def test_an_invalid_action_is_refused():
     env = OrderedGoals()
     with pytest.raises(ResetNeeded):
         env.step(RIGHT)
@@ -336,12 +337,15 @@ def test_what_is_no_action_is_refused():
     for action in (4, -1, 1.0):
         with pytest.raises(InvalidAction, match=f"action {action}: should be a whole number from 0 to 3"):
             env.step(action)
-    assert env.step(np.int64(RIGHT)) is not None
+    # None of them was a step, and any kind of whole number is an action.
+    other = OrderedGoals()
+    other.reset()
+    assert env.step(np.int64(RIGHT)) == other.step(RIGHT)
 
 
-def test_without_gymnasium_it_says_what_to_install():
+def test_without_gymnasium_the_error_names_the_package_to_install():
     program = "import sys; sys.modules['gymnasium'] = None; import rl_design_space.environment"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (
         "rl_design_space.errors.ConfigError: "

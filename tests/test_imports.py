@@ -1,9 +1,7 @@
-"""What learns needs neither configuration, nor tracking, nor plots; what describes a design needs no compiler."""
+"""Learning imports neither configuration, tracking nor plots; designs import no compiler."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +9,7 @@ import yaml
 
 import rl_design_space
 from rl_design_space._paths import CONF
+from tests.command_runner import python
 
 ROOT = Path(__file__).parents[1]
 
@@ -18,16 +17,13 @@ HEAVY = {"gymnasium", "hydra", "omegaconf", "mlflow", "pandas", "seaborn", "matp
 
 
 def imported_by(statements: str) -> set[str]:
-    """Top-level modules that a fresh interpreter holds after these statements."""
+    """Return the top-level modules that a new interpreter has imported after these statements."""
     program = f"import sys\n{statements}\nprint(*{{name.partition('.')[0] for name in sys.modules}})"
-    output = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout
-    return set(output.split())
+    return set(python(program, cwd=ROOT).split())
 
 
 @pytest.mark.parametrize("package", ["rl_design_space.design", "rl_design_space.learning"])
-def test_imports_nothing_heavy(package: str):
+def test_design_and_learning_import_nothing_heavy(package: str):
     assert not imported_by(f"import {package}") & HEAVY
 
 
@@ -35,7 +31,7 @@ def test_a_design_needs_no_compiler():
     assert "numba" not in imported_by("import rl_design_space.design")
 
 
-def test_learning_needs_nothing_but_the_compiler():
+def test_learning_needs_only_the_compiler():
     point = "DesignPoint(task=Task(periods=1, trials=1))"
     statements = (
         "from rl_design_space.design import DesignPoint, Task\n"
@@ -47,20 +43,21 @@ def test_learning_needs_nothing_but_the_compiler():
     assert not modules & HEAVY
 
 
-def test_the_package_alone_imports_next_to_nothing():
+def test_the_package_alone_imports_no_numerical_library():
     assert not imported_by("import rl_design_space") & {*HEAVY, "numpy", "pydantic", "numba"}
 
 
-def test_every_public_name_is_there_and_offered():
+def test_every_public_name_exists_and_is_offered():
     assert set(rl_design_space.__all__) <= set(dir(rl_design_space))
-    for name in rl_design_space.__all__:
-        assert getattr(rl_design_space, name) is not None
+    found = {name: getattr(rl_design_space, name) for name in rl_design_space.__all__}
+    assert found.pop("__version__").count(".") == 2
+    assert {name: component.__name__ for name, component in found.items()} == {name: name for name in found}
     with pytest.raises(AttributeError, match="no attribute 'Directions'"):
         rl_design_space.Directions  # noqa: B018
 
 
 def test_every_option_is_public():
-    """What can be chosen by name in YAML can be built in Python."""
+    """Every option that can be chosen in YAML can be built in Python."""
     targets = {yaml.safe_load(file.read_text(encoding="utf-8")).get("_target_") for file in CONF.glob("*/*.yaml")}
     options = {
         target.rpartition(".")[2] for target in targets if target and target.startswith("rl_design_space.design.")

@@ -1,4 +1,4 @@
-"""Components of one's own through the real commands, from a folder that holds nothing but them."""
+"""User components through the real commands, from a folder that contains nothing else."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ report:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The current folder; modules and configs lie in one below it, so that only the config folder leads to them."""
+    """The current folder. Modules and configs lie in a subfolder, so that only the config folder leads to them."""
     return tmp_path_factory.mktemp("own")
 
 
@@ -57,13 +57,13 @@ def write(folder: Path, name: str, content: str) -> None:
 
 
 def sources(folder: Path, outputs: str = "out") -> list[str]:
-    """What the recorded runs were recognised by."""
+    """Return the code identities of the recorded runs."""
     query = "select value from params where key = 'representation.source'"
     with closing(sqlite3.connect(folder / outputs / "mlflow.db")) as database:
         return [value for (value,) in database.execute(query)]
 
 
-def test_a_study_is_learned_again_where_the_code_has_changed_and_reported(command: Command, folder: Path):
+def test_a_study_is_learned_again_where_code_has_changed_and_is_reported(command: Command, folder: Path):
     named = {"RL_DESIGN_SPACE_CONFIG": "project/conf"}
     first = command("rl-design-space", "study=mine", **named)
     assert "mine: 2 points, 2 learned now, 0 before, 0 failed" in first.stdout
@@ -89,7 +89,7 @@ def test_a_study_is_learned_again_where_the_code_has_changed_and_reported(comman
 
 
 @pytest.mark.parametrize("launcher", ["design_dask", "joblib"])
-def test_workers_find_modules_of_ones_own(launcher: str, command: Command, folder: Path):
+def test_workers_find_user_modules(launcher: str, command: Command, folder: Path):
     words = ("--config-dir", "project/conf", "-m", *SMALL, "representation=ad_hoc,way", "threads=2")
     done = command("rl-design-space", *words, f"hydra/launcher={launcher}", outputs=f"out/{launcher}")
     assert "2 points, 2 learned now, 0 before, 0 failed" in done.stdout
@@ -97,7 +97,7 @@ def test_workers_find_modules_of_ones_own(launcher: str, command: Command, folde
     assert len(sources(folder, f"out/{launcher}")) == 1
 
 
-def test_a_file_that_shadows_a_shipped_one_is_named(command: Command, folder: Path):
+def test_a_file_that_shadows_a_shipped_one_is_reported(command: Command, folder: Path):
     write(folder, "shadows/representation/direct.yaml", "# Mine.\n_target_: way.Way\n")
     words = ("-cd", "project/shadows", *SMALL, "representation=direct", "plan=true", "tracking=none")
     done = command("rl-design-space", *words)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
+from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
 
 from rl_design_space._paths import CONF
+from tests.command_runner import PATIENCE, output_of
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -21,9 +26,7 @@ LOCKS = sorted(ROOT.glob("requirements*.txt"))
 
 
 def pip(*arguments: object) -> None:
-    command = [sys.executable, "-m", "pip", "--disable-pip-version-check", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    output_of(sys.executable, "-m", "pip", "--disable-pip-version-check", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +42,11 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("installed")
     pip("install", "--no-deps", "--no-index", "--target", folder, wheel)
+    # Code that was compiled from the same source is used, wherever it was compiled; compiling takes seconds.
+    for compiled in ROOT.glob("rl_design_space/*/__pycache__/*.nbc"):
+        target = folder / compiled.relative_to(ROOT)
+        target.parent.mkdir(exist_ok=True)
+        shutil.copy(compiled, target)
     return folder
 
 
@@ -47,14 +55,34 @@ def python(installed: Path, tmp_path: Path):
     """Run Python in another folder, with the installed wheel before any other copy of the package."""
 
     def run(*arguments: str) -> str:
-        environment = {**os.environ, "PYTHONPATH": str(installed)}
-        done = subprocess.run(
-            [sys.executable, "-P", *arguments], cwd=tmp_path, env=environment, capture_output=True, text=True
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
+        variables = {**os.environ, "PYTHONPATH": str(installed)}
+        return output_of(sys.executable, "-P", *arguments, cwd=tmp_path, env=variables)
 
     return run
+
+
+@pytest.fixture(scope="module")
+def typed(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], list[str]]:
+    """Check a script with mypy in an environment that has the wheel, NumPy and pydantic; return the lines it prints."""
+    folder = tmp_path_factory.mktemp("typed")
+    output_of(sys.executable, "-m", "venv", "--without-pip", folder / "venv")
+    python = folder / "venv" / "bin" / "python"
+    packages = Path(output_of(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))").strip())
+    (packages / "rl_design_space").symlink_to(installed / "rl_design_space")
+    for name in ("numpy", "pydantic", "pydantic_core", "annotated_types", "typing_extensions", "typing_inspection"):
+        origin = Path(find_spec(name).origin)
+        found = origin.parent if origin.name.startswith("__init__.") else origin
+        (packages / found.name).symlink_to(found)
+    # An empty name: neither the configuration of this repository nor that of the user.
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file=", "--python-executable", str(python)]
+
+    def check(script: str) -> list[str]:
+        (folder / "script.py").write_text(script, encoding="utf-8")
+        done = subprocess.run([*command, "script.py"], cwd=folder, capture_output=True, text=True, timeout=PATIENCE)
+        assert done.returncode in (0, 1), done.stdout + done.stderr
+        return done.stdout.splitlines()
+
+    return check
 
 
 def names(wheel: Path) -> set[str]:
@@ -83,8 +111,48 @@ def test_the_wheel_holds_every_module_and_nothing_else(wheel: Path):
     assert {name for name in found if name.endswith(".jinja")} == templates
     assert {
         "rl_design_space/report/templates/page.html.jinja",
-        "rl_design_space/commands/templates/world.py.jinja",
+        "rl_design_space/commands/words/templates/world.py.jinja",
     } <= found
+
+
+def test_wheel_and_source_archive_say_that_the_package_is_typed(wheel: Path, tmp_path: Path):
+    assert "rl_design_space/py.typed" in names(wheel)
+    output_of(sys.executable, "-m", "hatchling", "build", "--target", "sdist", "--directory", tmp_path, cwd=ROOT)
+    (archive,) = tmp_path.iterdir()
+    with tarfile.open(archive) as opened:
+        assert f"{archive.name.removesuffix('.tar.gz')}/rl_design_space/py.typed" in opened.getnames()
+    assert "Typing :: Typed" in PROJECT["classifiers"]
+
+
+SCRIPT = """\
+import rl_design_space as rds
+point = rds.DesignPoint(representation=rds.Direction(), exploration=rds.Linear(k=0.02), task=rds.Task(periods=2))
+same = rds.DesignPoint.from_overrides(["representation=direction", "exploration=linear", "task.periods=2"])
+curves = rds.simulate(point)
+print(curves.steps.shape, curves.steps.mean(axis=0)[0] + 1.5, same.world.shape)
+"""
+#: Lines with a mistake, and the code of the error that mypy should find in them.
+MISTAKES = {
+    'rds.Linear(k="x")': "arg-type",
+    "rds.Lineer()": "attr-defined",
+    "rds.DesignPoint(representation=rds.Linear())": "arg-type",
+    "rds.DesignPoint(colour=3)": "call-arg",
+    "rds.simulate(3)": "arg-type",
+    "curves.stepps": "attr-defined",
+    "point.seed = 4": "misc",
+    'curves.steps + "x"': "operator",
+}
+
+
+def test_a_script_that_uses_the_wheel_passes_strict_type_checks(typed: Callable[[str], list[str]]):
+    assert typed(SCRIPT) == ["Success: no issues found in 1 source file"]
+
+
+def test_mistakes_in_a_script_are_type_errors(typed: Callable[[str], list[str]]):
+    *errors, _ = typed(SCRIPT + "\n".join(MISTAKES))
+    first = len(SCRIPT.splitlines()) + 1
+    found = {int(line.split(":")[1]): line.rpartition("[")[2].rstrip("]") for line in errors if ": error: " in line}
+    assert found == {first + number: code for number, code in enumerate(MISTAKES.values())}
 
 
 def test_the_wheel_brings_its_plugins(python):

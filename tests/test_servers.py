@@ -11,12 +11,11 @@ import sys
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.command_runner import environment, heed_interrupts
+from tests.command_runner import environment, finished, heed_interrupts, next_line, wait_until
 from tests.servers import MlflowServer, Postgres, needs_postgres
 from tests.service import Service, free_port
 from tests.tracking.stores import import_mlflow
@@ -159,15 +158,12 @@ def test_a_cluster_ends_with_the_tests_however_they_end(tmp_path: Path, how: sig
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
         preexec_fn=heed_interrupts,
     )  # fmt: skip
-    pid, folder = holder.stdout.readline().split()
+    pid, folder = next_line(holder).split()
     os.kill(int(pid), 0)
     holder.send_signal(how)
-    holder.communicate()
-    deadline = monotonic() + 20
-    while Path(f"{folder}/data/postmaster.pid").exists():
-        assert monotonic() < deadline, "the server lives on"
-        sleep(0.05)
-    # Whoever is killed cannot clean up.
+    finished(holder)
+    wait_until(lambda: not Path(f"{folder}/data/postmaster.pid").exists())
+    # A process that is killed cannot remove its files.
     assert Path(folder).exists() == (how == signal.SIGKILL)
     if how == signal.SIGKILL:
         shutil.rmtree(folder)

@@ -37,14 +37,14 @@ class _Job(ctypes.Structure):
 
 def version() -> str:
     """The tool that learns."""
-    first_line = subprocess.run([_COMPILER, "--version"], capture_output=True, text=True, check=True).stdout
+    first_line = subprocess.run([_COMPILER, "--version"], capture_output=True, text=True, check=True, timeout=60).stdout
     return " ".join((first_line.splitlines()[0], *_FLAGS))
 
 
 def _library() -> ctypes.CDLL:
     with TemporaryDirectory() as folder:
         target = Path(folder) / "textbook.so"
-        subprocess.run([_COMPILER, *_FLAGS, "-shared", "-fPIC", "-o", target, _SOURCE], check=True)
+        subprocess.run([_COMPILER, *_FLAGS, "-shared", "-fPIC", "-o", target, _SOURCE], check=True, timeout=60)
         return ctypes.CDLL(str(target))
 
 

@@ -1,4 +1,4 @@
-"""The choices there are."""
+"""One choice with all its options."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from rl_design_space.errors import ConfigError
 
 
 def choice(search: Search, options: Options, group: str, counted: bool = False) -> Choice:
-    """Describe a choice and its options.
+    """Return the description of a choice and its options.
 
     Args:
-        search: finds their files.
-        options: describes them.
-        group: the choice.
-        counted: whether to count the points of studies, which takes a moment.
+        search: where to find their files.
+        options: describes the options.
+        group: name of the choice.
+        counted: whether to count the points of studies, which plans each of them.
 
     Raises:
-        ConfigError: there is no such choice.
+        ConfigError: the choice does not exist.
     """
     known = (*search.groups, *HYDRA_GROUPS)
     if group not in known:

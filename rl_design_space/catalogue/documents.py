@@ -11,21 +11,21 @@ from rl_design_space.catalogue.docstrings import docstring_of
 from rl_design_space.catalogue.fields import ClassSchemas, Schema
 from rl_design_space.catalogue.openness import FILLED_IN, opened, opened_fields
 
-#: What editors know best.
+#: The dialect that most editors support.
 _DIALECT = "http://json-schema.org/draft-07/schema#"
-#: A class that is not of this project.
+#: A class of another package.
 _OWN_TARGET = r"^(?!(hydra_plugins\.)?rl_design_space\.)[A-Za-z_]\w*([.:][A-Za-z_]\w*)+$"
-_DEFAULTS = {"description": "Hydra's defaults list: the files that this one builds on", "type": "array"}
+_DEFAULTS = {"description": "Hydra's defaults list: the files that this one extends", "type": "array"}
 
 
 def document(title: str, description: str, content: Schema, definitions: Mapping[str, Schema]) -> Schema:
-    """A whole schema file.
+    """Return the content of a schema file.
 
     Args:
-        title: of what it is for.
-        description: of that.
-        content: what is checked.
-        definitions: that the content may refer to, before they are opened.
+        title: name of the described files.
+        description: description of these files.
+        content: schema of these files.
+        definitions: schemas that the content may refer to, before `opened_fields`.
     """
     candidates = FILLED_IN | {name: opened_fields(_without_title(schema)) for name, schema in definitions.items()}
     defined: dict[str, Schema] = {}
@@ -35,21 +35,21 @@ def document(title: str, description: str, content: Schema, definitions: Mapping
 
 
 def _referred_to(content: Any) -> set[str]:
-    """The definitions that something refers to."""
+    """Return the names of the definitions that a schema refers to."""
     return set(re.findall(r'"\$ref": "#/\$defs/([^"]+)"', json.dumps(content)))
 
 
 def component(kinds: Mapping[str, type], schemas: ClassSchemas, inherited: bool = True) -> Schema:
-    """What describes a component: the fields of one of these classes, or of a class of the user's own.
+    """Return the schema of a component: the fields of one of these classes, or of a user's own class.
 
     Args:
-        kinds: the classes that may be named, by `_target_`.
-        schemas: theirs.
-        inherited: whether a file may leave `_target_` to the files that its defaults list names.
+        kinds: the known classes, by `_target_`.
+        schemas: their schemas.
+        inherited: whether `_target_` may come from the files in the defaults list.
     """
     targets = [{"const": path, "description": docstring_of(kind).summary} for path, kind in kinds.items()]
     modules = sorted({_full_name(kind) for kind in kinds.values()} - {*kinds})
-    same = [{"description": "the same, by its module", "enum": modules}] if modules else []
+    same = [{"description": "the same class, by its module", "enum": modules}] if modules else []
     own = {"description": "a class of your own", "type": "string", "pattern": _OWN_TARGET}
     named = {"description": "the class of this option", "anyOf": [*targets, *same, own, {"$ref": "#/$defs/filled_in"}]}
     needed: Schema = {"required": ["_target_"]}
@@ -64,22 +64,22 @@ def component(kinds: Mapping[str, type], schemas: ClassSchemas, inherited: bool 
 
 
 def changed(schema: Schema) -> Schema:
-    """What describes values of a component whose class is settled; they may be a part of its fields."""
+    """Return the schema of a component whose class is known, with any of its fields."""
     fields = opened_fields(_without_title(schema))
     return {**fields, "properties": {"_target_": {}, **fields["properties"]}, "required": []}
 
 
 def study(report: Schema, constraint: Schema, keys: Mapping[str, Schema], tops: Iterable[str]) -> Schema:
-    """What describes a study.
+    """Return the schema of a study.
 
     Args:
-        report: what describes its report.
-        constraint: what describes one of its constraints.
-        keys: of design points and their values, each with what a single value of it is like.
-        tops: what keys may begin with, such as those of the user's own components.
+        report: schema of its report.
+        constraint: schema of one of its constraints.
+        keys: schema of a single value, by key of design points.
+        tops: first parts of keys, so that keys of the user's own components are allowed.
     """
     block = {
-        "description": "a grid: all combinations of these sweeps; text is Hydra's sweep grammar, as in 10,20,30",
+        "description": "a grid: all combinations of these sweeps; text is in Hydra's sweep grammar, as in 10,20,30",
         "type": "object",
         "properties": {key: _sweep(schema) for key, schema in keys.items()},
         "patternProperties": {rf"^[+~]*({'|'.join(tops)})([./@].*)?$": {}},
@@ -90,21 +90,21 @@ def study(report: Schema, constraint: Schema, keys: Mapping[str, Schema], tops: 
         "properties": {
             "defaults": _DEFAULTS,
             "blocks": {
-                "description": "the grids whose points are the study's, by a name of your choice",
+                "description": "the grids that make up the study, by a name of your choice",
                 "type": "object",
                 "additionalProperties": block,
             },
             "constraints": {
-                "description": "combinations that are left out, by a name of your choice",
+                "description": "combinations that are excluded, by a name of your choice",
                 "type": ["object", "null"],
                 "additionalProperties": opened_fields(constraint),
             },
             "includes": {
-                "description": "instead of blocks: other studies, whose points are this one's as well",
+                "description": "other studies whose points belong to this one, instead of blocks",
                 "type": "array",
                 "items": {"type": "string"},
             },
-            "report": {"description": "what rl-design-report writes of it", **report},
+            "report": {"description": "the report that rl-design-report writes", **report},
         },
         "additionalProperties": False,
         "anyOf": [{"required": [key]} for key in ("blocks", "includes", "report", "defaults")],
@@ -112,14 +112,14 @@ def study(report: Schema, constraint: Schema, keys: Mapping[str, Schema], tops: 
 
 
 def primary(keys: Mapping[str, Schema], groups: Mapping[str, str]) -> Schema:
-    """What describes a whole configuration: the primary config, or a file with `# @package _global_`.
+    """Return the schema of a whole configuration: the primary config, or a file with `# @package _global_`.
 
     Args:
-        keys: the keys that are no choices, each with what it holds.
-        groups: the choices, each with what is chosen.
+        keys: schemas of the keys that are not choices.
+        groups: descriptions of the choices.
     """
-    chosen = {name: {"description": said, "type": ["object", "null"]} for name, said in groups.items()}
-    hydra = {"description": "Hydra's own", "type": "object"}
+    chosen = {name: {"description": text, "type": ["object", "null"]} for name, text in groups.items()}
+    hydra = {"description": "settings of Hydra", "type": "object"}
     return {
         "type": "object",
         "properties": {"defaults": _DEFAULTS, **chosen, **keys, "hydra": hydra},
@@ -128,7 +128,7 @@ def primary(keys: Mapping[str, Schema], groups: Mapping[str, str]) -> Schema:
 
 
 def _fields_of(path: str, kind: type, schema: Schema, inherited: bool) -> Schema:
-    """If a class is named, its fields are what there may be."""
+    """Return the rule that a file which names a class has only fields of this class."""
     given: Schema = {"_target_": {}, **({"defaults": {}} if inherited else {})}
     checked = opened_fields(_without_title(schema))
     checked["properties"] = given | checked["properties"]
@@ -148,7 +148,7 @@ def _unless_inherited(needed: Schema) -> Schema:
 
 
 def _sweep(schema: Schema) -> Schema:
-    """A single value, or text that lists several."""
+    """Return the schema of a single value, or of text that lists several."""
     single = opened(schema)
     words = {"description": single["description"]} if "description" in single else {}
     checks: dict[str, Any] = {key: value for key, value in single.items() if key not in ("description", "default")}

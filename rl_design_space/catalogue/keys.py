@@ -8,20 +8,21 @@ from typing import Any
 
 from rl_design_space.catalogue.comments import key_comments
 from rl_design_space.catalogue.docstrings import docstring_of
-from rl_design_space.catalogue.fields import Schema, schemas_of, target
+from rl_design_space.catalogue.fields import Schema, schemas_of
 from rl_design_space.catalogue.options import NOT_GIVEN, Parameter, constraints_only, parameters_of
 from rl_design_space.catalogue.search import Search
 from rl_design_space.config.compose import CONFIG_NAME
 from rl_design_space.config.overrides import SETTINGS
+from rl_design_space.config.target import imported
 from rl_design_space.design import DesignPoint
 from rl_design_space.run.settings import Settings
 
 
 class Keys:
-    """Describes the keys of the primary config.
+    """Descriptions of the keys of the primary config.
 
     Args:
-        search: finds its file.
+        search: where to find its file.
     """
 
     def __init__(self, search: Search) -> None:
@@ -29,30 +30,30 @@ class Keys:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Every key there is but Hydra's own, choices first."""
+        """All keys except those of Hydra, choices first."""
         known = [*docstring_of(DesignPoint).fields, *SETTINGS]
         return tuple(dict.fromkeys(key for key in (*self._search.groups, *known) if key != "hydra"))
 
     def description(self, key: str) -> str:
-        """What a key is for, in the words of the config file or else of its class; empty if nothing is said of it."""
-        said = {**docstring_of(DesignPoint).fields, **docstring_of(Settings).fields}
-        return self._comments.get(key) or said.get(key) or self._comments.get(f"defaults.{key}", "")
+        """Return the description of a key, from the config file or else from its class; empty if there is none."""
+        documented = {**docstring_of(DesignPoint).fields, **docstring_of(Settings).fields}
+        return self._comments.get(key) or documented.get(key) or self._comments.get(f"defaults.{key}", "")
 
     def parameter(self, key: str) -> Parameter:
-        """A key that holds one value."""
+        """Return a key that holds one value."""
         schema = constraints_only(self._schemas.get(key, {}))
         return Parameter(key, schema, self._node.get(key, NOT_GIVEN), self.description(key))
 
     def parameters(self, key: str) -> list[Parameter]:
-        """The parameters of a key that is no choice: its own, or those of what it holds."""
+        """Return the parameters of a key that is not a choice: those of the component in it, or the key itself."""
         node = self._node.get(key)
         if not isinstance(node, Mapping) or "_target_" not in node:
             return [self.parameter(key)]
-        comments = {name.removeprefix(f"{key}."): said for name, said in self._comments.items()}
-        return parameters_of(key, node, target(node["_target_"]), comments)
+        comments = {name.removeprefix(f"{key}."): text for name, text in self._comments.items()}
+        return parameters_of(key, node, imported(f"{key}._target_", node["_target_"]), comments)
 
     def target(self, key: str) -> str:
-        """The `_target_` of what a key holds."""
+        """Return the `_target_` of the component that a key holds."""
         return str(self._node[key]["_target_"])
 
     @cached_property

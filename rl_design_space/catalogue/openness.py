@@ -1,4 +1,4 @@
-"""JSON Schemas of values, opened for what Hydra fills in later."""
+"""JSON Schemas that also accept what Hydra fills in later: `???` and interpolations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _WORDS = ("description", "default")
 
 
 def opened(schema: Schema) -> Schema:
-    """The same schema for YAML files: each value in it may also be `???` or an interpolation `${…}`."""
+    """Return the schema for YAML files: each value may also be `???` or an interpolation `${…}`."""
     words = {key: schema[key] for key in _WORDS if key in schema}
     checks = _with_opened_parts({key: value for key, value in schema.items() if key not in _WORDS})
     if not checks or checks == {"type": "string"}:
@@ -23,13 +23,13 @@ def opened(schema: Schema) -> Schema:
 
 
 def opened_fields(schema: Schema) -> Schema:
-    """A schema of an object whose fields are opened, though not the object itself."""
+    """Return the schema of an object in which each field, but not the object itself, may be filled in later."""
     return _with_opened_parts(schema)
 
 
 def _with_opened_parts(schema: Schema) -> Schema:
     found: dict[str, Any] = dict(schema)
-    if "prefixItems" in found:  # this is what the dialect that editors know calls it
+    if "prefixItems" in found:  # its name in the dialect that editors support
         found["items"] = found.pop("prefixItems")
     for key in ("items", "additionalProperties"):
         if isinstance(found.get(key), list):

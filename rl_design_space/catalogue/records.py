@@ -1,4 +1,4 @@
-"""What there is to choose from, as plain data for programs."""
+"""Choices, options and studies as plain data, for `--json`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rl_design_space.catalogue.studies import StudyEntry
 
 
 def choice_record(choice: Choice) -> dict[str, Any]:
-    """A choice with its options, without their parameters."""
+    """Return a choice with its options, without their parameters."""
     records = {option.name: option_record(option) for option in choice.options}
     for name, count in (choice.points or {}).items():
         records[name] |= {"points": count} if isinstance(count, int) else {"error": count}
@@ -19,24 +19,24 @@ def choice_record(choice: Choice) -> dict[str, Any]:
 
 
 def option_record(option: Option) -> dict[str, Any]:
-    """An option without its parameters."""
+    """Return an option without its parameters."""
     named = {"description": option.summary, "file": option.place}
     return {**named, "error": option.error} if option.error else named
 
 
 def whole_option_record(option: Option) -> dict[str, Any]:
-    """An option with its parameters."""
+    """Return an option with its parameters."""
     named = {"group": option.group, "option": option.name, **option_record(option), "target": option.target}
     return {**named, "description": option.description, "parameters": parameter_records(option.parameters)}
 
 
 def parameter_records(parameters: Iterable[Parameter]) -> dict[str, Any]:
-    """Parameters by name; what cannot be told is left out."""
+    """Return parameters by name."""
     return {each.name: _parameter_record(each) for each in parameters}
 
 
 def study_record(study: StudyEntry) -> dict[str, Any]:
-    """A study with the shape of its plan."""
+    """Return a study with the shape of its plan."""
     plan = study.plan
     return {
         "study": study.name,

@@ -1,6 +1,7 @@
-"""The schema files for editors: one beside the options of every choice, and one beside the primary config.
+"""The JSON Schemas for editors: one file beside the options of every choice, and one beside the primary config.
 
-`python -m rl_design_space.catalogue.schemas` writes them.
+The files follow from `conf/` and from the classes that it names. `make lint`, and so `make test`, renews them with
+`python -m rl_design_space.catalogue.schemas`.
 """
 
 from __future__ import annotations
@@ -12,16 +13,17 @@ from pathlib import Path
 from rl_design_space._paths import CONF
 from rl_design_space.catalogue import documents
 from rl_design_space.catalogue.docstrings import docstring_of
-from rl_design_space.catalogue.fields import Schema, schemas_of, target
+from rl_design_space.catalogue.fields import Schema, schemas_of
 from rl_design_space.catalogue.keys import Keys
 from rl_design_space.catalogue.openness import opened
 from rl_design_space.catalogue.options import constraints_only
 from rl_design_space.catalogue.search import HYDRA_GROUPS, Search, searched
 from rl_design_space.config.compose import CONFIG_NAME, OPTION_GROUPS
+from rl_design_space.config.target import imported
 from rl_design_space.plan.constraint import Constraint
 from rl_design_space.run.settings import Settings
 
-#: Hydra takes only files that end in .yaml for options.
+#: Hydra ignores it: options are files that end in .yaml.
 FILE_NAME = "schema.json"
 _STUDY = "study"
 _PRIMARY = "a whole configuration"
@@ -30,14 +32,14 @@ _PLAIN = ("seed", *(key for key in docstring_of(Settings).fields if key != "trac
 
 
 def schema_files(conf: Path = CONF) -> dict[str, Path]:
-    """Where the schemas lie, by the files that each is for, as a pattern for editors."""
+    """Return the path of each schema, by the pattern of the files that it describes, as editors expect it."""
     folders = sorted(path.parent for path in conf.rglob(FILE_NAME) if path.parent != conf)
     of_groups = {f"**/{folder.relative_to(conf).as_posix()}/*.yaml": folder / FILE_NAME for folder in folders}
     return {**of_groups, f"**/conf/{CONFIG_NAME}.yaml": conf / FILE_NAME}
 
 
-def made() -> dict[str, str]:
-    """The text of every schema file, by its path below the folder of the shipped configuration."""
+def generated() -> dict[str, str]:
+    """Return the text of every schema file, by its path relative to the folder of the shipped configuration."""
     with searched() as search:
         return {
             (Path(group) / FILE_NAME).as_posix(): json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
@@ -46,34 +48,36 @@ def made() -> dict[str, str]:
 
 
 def main() -> None:
-    """Write all files."""
-    for path, text in made().items():
-        (CONF / path).write_text(text, encoding="utf-8")
-        print(CONF / path)
+    """Write the files that are out of date, and print their paths."""
+    for path, text in generated().items():
+        file = CONF / path
+        if not file.is_file() or file.read_text(encoding="utf-8") != text:
+            file.write_text(text, encoding="utf-8")
+            print(f"wrote {file}")
 
 
 def _schemas(search: Search) -> Iterator[tuple[str, Schema]]:
-    """The schema of each folder of the configuration; of the configuration itself, under an empty name."""
+    """Yield the schema of each folder of the configuration; that of the primary config has an empty name."""
     keys = Keys(search)
     groups = {group: keys.description(group) for group in (*search.groups, *HYDRA_GROUPS)}
     values: dict[str, list[Schema]] = {}
-    for group, said in groups.items():
+    for group, description in groups.items():
         if group == _STUDY:
             continue
         kinds = _targets(search, group)
         schemas = schemas_of(kinds)
-        yield group, documents.document(group, said, documents.component(kinds, schemas), schemas.definitions)
+        yield group, documents.document(group, description, documents.component(kinds, schemas), schemas.definitions)
         if group in OPTION_GROUPS:
-            values |= {group: [{"description": said, "type": "string"}]}
+            values |= {group: [{"description": description, "type": "string"}]}
             for schema in schemas.classes.values():
                 _collect(values, group, schema)
 
     path = keys.target("task")
-    schemas = schemas_of({path: target(path)})
+    schemas = schemas_of({path: imported("task._target_", path)})
     _collect(values, "task", schemas.classes[path])
     held = {key: opened({**keys.parameter(key).schema, "description": keys.description(key)}) for key in _PLAIN}
     held["task"] = {**documents.changed(schemas.classes[path]), "description": keys.description("task")}
-    top_groups = {group: said for group, said in groups.items() if group in search.groups}
+    top_groups = {group: description for group, description in groups.items() if group in search.groups}
     content = documents.primary(held, top_groups)
     yield "", documents.document("rl-design-space", _PRIMARY, content, schemas.definitions)
 
@@ -81,7 +85,7 @@ def _schemas(search: Search) -> Iterator[tuple[str, Schema]]:
     yield _STUDY, _study(groups[_STUDY], {key: _any_of(found) for key, found in values.items()}, keys.names)
 
 
-def _study(said: str, values: Mapping[str, Schema], tops: Sequence[str]) -> Schema:
+def _study(description: str, values: Mapping[str, Schema], tops: Sequence[str]) -> Schema:
     from rl_design_space import report
 
     kinds = {f"{report.__name__}.{name}": getattr(report, name) for name in report.__all__}
@@ -89,14 +93,14 @@ def _study(said: str, values: Mapping[str, Schema], tops: Sequence[str]) -> Sche
     content = documents.study(
         documents.component(kinds, reports, inherited=False), constraints.classes[""], values, [*tops, "hydra"]
     )
-    return documents.document(_STUDY, said, content, {**reports.definitions, **constraints.definitions})
+    return documents.document(_STUDY, description, content, {**reports.definitions, **constraints.definitions})
 
 
 def _targets(search: Search, group: str) -> dict[str, type]:
-    """The classes that the options of a group name and that are ours, by `_target_`."""
+    """Return the classes of this package that the options of a group name, by `_target_`."""
     nodes = [search.node(f"{group}/{option}") for option in search.options(group)]
     paths = sorted({node["_target_"] for node in nodes if "rl_design_space." in str(node.get("_target_"))})
-    return {path: target(path) for path in paths}
+    return {path: imported(f"{group}._target_", path) for path in paths}
 
 
 def _collect(values: dict[str, list[Schema]], prefix: str, schema: Schema) -> None:
@@ -105,7 +109,7 @@ def _collect(values: dict[str, list[Schema]], prefix: str, schema: Schema) -> No
 
 
 def _any_of(schemas: Sequence[Schema]) -> Schema:
-    """A value that several classes take, each in its way, in the words of the first."""
+    """Return the schema of a value that several classes have, with the description of the first one."""
     checks = [constraints_only(schema) for schema in schemas]
     distinct = [check for place, check in enumerate(checks) if check not in checks[:place]]
     words = {"description": schemas[0]["description"]} if "description" in schemas[0] else {}

@@ -1,4 +1,4 @@
-"""The config files that Hydra finds: the shipped ones, and those of a user's own folders."""
+"""The config files that Hydra finds: the shipped ones, and those in folders of the user."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from rl_design_space.config.compose import CONFIG_NAME, OPTION_GROUPS, shipped_c
 from rl_design_space.config.explain import unknown_option
 from rl_design_space.errors import ConfigError
 
-#: Groups that say how points are run and which ones, in the order in which people meet them.
+#: Groups beside the design choices, in the order in which they are listed.
 _OTHER_GROUPS = ("tracking", "study")
-#: Hydra's groups that have options of ours.
+#: Groups of Hydra to which this package adds options.
 HYDRA_GROUPS = ("hydra/launcher", "hydra/sweeper")
 
 
 class Search:
-    """Looks for options where Hydra, which has to be looking at a configuration, would look.
+    """Access to the config files that Hydra finds; Hydra has to be initialized.
 
     Args:
-        searchpath: `hydra.searchpath=…` overrides, which name more places.
+        searchpath: `hydra.searchpath=…` overrides, which add places to search.
     """
 
     def __init__(self, searchpath: Sequence[str] = ()) -> None:
@@ -42,21 +42,21 @@ class Search:
 
     @cached_property
     def groups(self) -> tuple[str, ...]:
-        """The config groups that have options: design choices first, then tracking, studies, and any of a user's."""
+        """The config groups that have options: design choices, tracking, studies, then groups of the user."""
         there = self._repository.get_group_options("", ObjectType.GROUP)
         first = [group for group in (*OPTION_GROUPS, *_OTHER_GROUPS) if group in there]
         own = sorted(group for group in there if group not in first and group != "hydra" and self.options(group))
         return (*first, *own)
 
     def options(self, group: str) -> list[str]:
-        """The options of a group, in alphabetical order."""
+        """Return the options of a group, in alphabetical order."""
         return sorted(self._repository.get_group_options(group, ObjectType.CONFIG))
 
     def check(self, group: str, option: str) -> None:
-        """Make sure that there is such an option.
+        """Check that an option exists.
 
         Raises:
-            ConfigError: there is none, with the nearest one that there is.
+            ConfigError: the choice or the option does not exist; names the nearest one that does.
         """
         if group not in (*self.groups, *HYDRA_GROUPS):
             raise ConfigError.unknown("choice", group, (*self.groups, *HYDRA_GROUPS))
@@ -65,21 +65,21 @@ class Search:
 
     @cached_property
     def defaults(self) -> dict[str, str | None]:
-        """The option of each group that is taken unless another one is named."""
+        """The default option of each group."""
         listed = self._load(CONFIG_NAME).defaults_list or ()
         groups = [default for default in listed if isinstance(default, GroupDefault)]
         return {str(default.group): cast("str | None", default.value) for default in groups}
 
     def node(self, path: str) -> Any:
-        """What a config file says, not composed with any other.
+        """Return the content of a single config file, before composition.
 
         Args:
-            path: such as `world/torus`.
+            path: group and option, e.g. `world/torus`.
         """
         return OmegaConf.to_container(self._load(path).config)
 
     def text(self, path: str) -> str:
-        """A config file as it was written; empty if the config is no file."""
+        """Return the text of a config file; empty if the config does not come from a file."""
         source = self._source(path)
         if source.scheme() == "file":
             return Path(source.path, f"{path}.yaml").read_text(encoding="utf-8")
@@ -89,7 +89,7 @@ class Search:
         return ""
 
     def place(self, path: str) -> str:
-        """Where a config file lies, for people."""
+        """Return the path of a config file, or the source of a config that does not come from a file."""
         source = self._source(path)
         if source.scheme() == "file":
             return str(Path(source.path, f"{path}.yaml"))
@@ -106,14 +106,14 @@ class Search:
 
 @contextmanager
 def searched(config_dir: str | None = None, searchpath: Sequence[str] = ()) -> Iterator[Search]:
-    """Have Hydra look at a folder of the user's own, and at the shipped configuration.
+    """Initialize Hydra with the user's config folder and the shipped configuration.
 
     Args:
-        config_dir: the folder, as `--config-dir` names it; if None, the one that is in use, if any.
+        config_dir: value of `--config-dir`; if None, the folder in use, if any.
         searchpath: `hydra.searchpath=…` overrides.
 
     Raises:
-        ConfigError: there is no such folder.
+        ConfigError: the folder does not exist.
     """
     make_plugins_known()
     with user_config.used(config_dir), shipped_config():

@@ -1,4 +1,4 @@
-"""What a study is about, and which points it has."""
+"""Descriptions of studies and their points."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from rl_design_space.plan.study import load_study
 
 @dataclass(frozen=True)
 class StudyEntry:
-    """A study as its file describes it.
+    """A study, described by its file.
 
     Attributes:
-        name: of the study.
-        description: the leading comment of its file.
-        place: where its file lies.
+        name: name of the study.
+        description: leading comment of its file.
+        place: path of its file.
         blocks: the sweeps of each block, by key.
-        constraints: by name.
-        includes: other studies whose points are this one's.
+        constraints: its constraints, by name.
+        includes: other studies whose points belong to this one.
         report: `_target_` of its report; empty if it has none.
         plan: its points.
     """
@@ -42,16 +42,16 @@ class StudyEntry:
 
 
 def study(search: Search, planner: Planner, name: str, overrides: Sequence[str] = ()) -> StudyEntry:
-    """Describe a study.
+    """Return the description of a study.
 
     Args:
-        search: finds its file.
+        search: where to find its file.
         planner: plans its points.
-        name: of the study.
-        overrides: of the command line, as they would be given to run it.
+        name: name of the study.
+        overrides: overrides of the command line, as for running it.
 
     Raises:
-        ConfigError: there is no such study, or it cannot be planned.
+        ConfigError: the study does not exist, or cannot be planned.
     """
     search.check("study", name)
     loaded = load_study(name, overrides, planner)
@@ -70,8 +70,8 @@ def study(search: Search, planner: Planner, name: str, overrides: Sequence[str] 
 
 
 def count_points(planner: Planner, name: str) -> int | str:
-    """How many points a study has, or why it cannot be planned."""
+    """Return the number of points of a study, or why it cannot be planned."""
     try:
         return len(load_study(name, (), planner).plan)
-    except Exception as problem:  # a study of a user's own may be wrong in any way
+    except Exception as problem:  # a study of the user may fail in any way
         return in_words(problem)

@@ -1,4 +1,4 @@
-"""What somebody means who asks about `exploration=linear`, `study/table4`, `exploration.k` or `seed`."""
+"""Resolve the argument of `show`: `exploration=linear`, `study/table4`, `exploration.k` or `seed`."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from rl_design_space.errors import ConfigError
 
 
 class Subject(NamedTuple):
-    """An option of a choice (both are given), a whole choice (only that is), or a key that is none.
+    """An option with its choice, a choice alone, or a key that is not a choice.
 
     Attributes:
-        choice: config group.
-        option: of it.
-        key: dotted, as on the command line.
+        choice: name of the config group, or empty.
+        option: name of the option, or empty.
+        key: dotted name of the key, or empty.
     """
 
     choice: str = ""
@@ -26,10 +26,10 @@ class Subject(NamedTuple):
 
 
 def subject(search: Search, text: str) -> Subject:
-    """Find out what is meant.
+    """Resolve the argument of `show`.
 
     Raises:
-        ConfigError: there is no such thing, with the nearest that there is.
+        ConfigError: the subject does not exist; names the nearest one that does.
     """
     groups = (*search.groups, *HYDRA_GROUPS)
     group, _, option = text.rpartition("/") if "=" not in text else text.partition("=")
@@ -48,10 +48,10 @@ def subject(search: Search, text: str) -> Subject:
 
 
 def parameters(search: Search, key: str) -> list[Parameter]:
-    """What a key holds: one value, or those of the task; of a choice, each option's value that is called so.
+    """Return the parameters of a key; for a key of a choice, that of each option which has it.
 
     Raises:
-        ConfigError: there is no such key.
+        ConfigError: the key does not exist.
     """
     top, _, name = key.partition(".")
     if top in search.groups:

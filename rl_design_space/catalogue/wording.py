@@ -1,9 +1,11 @@
-"""JSON Schema in words."""
+"""Types and ranges of JSON Schema in words."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
+
+from rl_design_space._yaml import as_yaml
 
 _KINDS = {
     "integer": "whole number",
@@ -18,7 +20,7 @@ _PLURALS = {"whole number": "whole numbers", "number": "numbers", "text": "texts
 
 
 def kind_in_words(schema: Mapping[str, Any]) -> str:
-    """What sort of value a schema takes: `number`, `list of whole numbers`, `text or null`."""
+    """Return the type of a value in words: `number`, `list of whole numbers`, `text or null`."""
     if alternatives := _alternatives(schema):
         return " or ".join(dict.fromkeys(map(kind_in_words, alternatives)))
     if "enum" in schema or "const" in schema:
@@ -33,7 +35,7 @@ def kind_in_words(schema: Mapping[str, Any]) -> str:
 
 
 def range_in_words(schema: Mapping[str, Any]) -> str:
-    """Which values of that sort: `0 to 1`, `at least 2`, `above 0`, `first, random`; empty if all."""
+    """Return the range of a value in words: `0 to 1`, `at least 2`, `above 0`, `first, random`; empty if unlimited."""
     if alternatives := _alternatives(schema):
         return "; ".join(dict.fromkeys(filter(None, map(range_in_words, alternatives))))
     if "const" in schema:
@@ -45,23 +47,12 @@ def range_in_words(schema: Mapping[str, Any]) -> str:
     return _bounds(schema) or ("not empty" if schema.get("minLength") else str(schema.get("pattern", "")))
 
 
-def as_yaml(value: Any) -> str:
-    """A value as one would type it."""
-    if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(as_yaml, value))}]"
-    if isinstance(value, Mapping):
-        return f"{{{', '.join(f'{key}: {as_yaml(inner)}' for key, inner in value.items())}}}"
-    return str(value)
-
-
 def _alternatives(schema: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return [*schema.get("anyOf", ()), *schema.get("oneOf", ())]
 
 
 def _items(schema: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """What a list holds; of lists of several kinds, what the first place holds."""
+    """Return the schema of the items of a list; of a tuple, that of the first item."""
     found = schema.get("items") or next(iter(schema.get("prefixItems", ())), None)
     return found if isinstance(found, Mapping) else None
 
@@ -69,7 +60,7 @@ def _items(schema: Mapping[str, Any]) -> Mapping[str, Any] | None:
 def _bounds(schema: Mapping[str, Any]) -> str:
     low, high = schema.get("minimum"), schema.get("maximum")
     above, below = schema.get("exclusiveMinimum"), schema.get("exclusiveMaximum")
-    if schema.get("type") == "integer":  # the nearest whole numbers that are allowed
+    if schema.get("type") == "integer":  # the nearest allowed whole numbers
         low = above + 1 if above is not None else low
         high = below - 1 if below is not None else high
         above = below = None

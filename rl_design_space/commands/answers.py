@@ -1,4 +1,4 @@
-"""What `rl-design-space show` says of its subject, to people and to programs."""
+"""The answers of `rl-design-space show`, for the terminal and as JSON."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _SCHEMAS = "schemas"
 
 
 class Answer(NamedTuple):
-    """What is known of a subject.
+    """The description of a subject.
 
     Attributes:
-        parts: for people, from top to bottom.
-        record: the same for programs.
+        parts: for the terminal, from top to bottom.
+        record: the same content for JSON.
     """
 
     parts: Sequence[RenderableType]
@@ -35,33 +35,35 @@ class Answer(NamedTuple):
 
 
 def answer(search: Search, text: str, overrides: Sequence[str]) -> Answer:
-    """Look something up.
+    """Return the description of a subject.
 
     Args:
-        search: finds the files.
-        text: what is asked for, see `subjects.subject`; or `schemas`.
-        overrides: of the points of a study.
+        search: where to find the config files.
+        text: the subject, see `subjects.subject`, or `schemas`.
+        overrides: overrides of a study.
 
     Raises:
-        ConfigError: there is no such thing, or it takes no overrides.
+        ConfigError: the subject does not exist, or accepts no overrides.
     """
     if text == _SCHEMAS and not overrides:
         return _of_schemas()
-    meant = subject(search, text)
-    if overrides and meant.choice != "study":
-        raise ConfigError(f"{overrides[0]}: only a study is shown with overrides, as in show study=NAME {overrides[0]}")
-    if meant.key:
-        found = parameters(search, meant.key)
-        first = "option" if meant.key.partition(".")[0] in search.groups else "parameter"
+    about = subject(search, text)
+    if overrides and about.choice != "study":
+        raise ConfigError(
+            f"{overrides[0]}: only studies accept overrides, as in `rl-design-space show study=NAME {overrides[0]}`"
+        )
+    if about.key:
+        found = parameters(search, about.key)
+        first = "option" if about.key.partition(".")[0] in search.groups else "parameter"
         return Answer([parameter_table(found, first)], parameter_records(found))
     options = Options(search)
-    if not meant.option:
-        whole = choice(search, options, meant.choice, counted=True)
+    if not about.option:
+        whole = choice(search, options, about.choice, counted=True)
         return Answer([choice_table([whole])], choice_record(whole))
-    if meant.choice == "study":
-        entry = study(search, options.planner, meant.option, overrides)
+    if about.choice == "study":
+        entry = study(search, options.planner, about.option, overrides)
         return Answer(list(study_parts(entry)), study_record(entry))
-    option = options.option(meant.choice, meant.option)
+    option = options.option(about.choice, about.option)
     return Answer(list(_option_parts(option)), whole_option_record(option))
 
 
@@ -76,7 +78,7 @@ def _option_parts(option: Option) -> Iterable[RenderableType]:
 
 
 def _of_schemas() -> Answer:
-    """Where the JSON Schemas of config files lie, and which files they are for, as editors want to know it."""
+    """Return the paths of the JSON Schemas and the patterns of the files that they describe, for editors."""
     table = Table.grid(padding=(0, 2))
     for pattern, path in (files := schema_files()).items():
         table.add_row(pattern, str(path))

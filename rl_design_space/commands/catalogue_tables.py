@@ -1,4 +1,4 @@
-"""What there is to choose from, as tables for the terminal."""
+"""Choices, parameters and studies as tables for the terminal."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
+from rl_design_space._yaml import as_yaml
 from rl_design_space.catalogue.options import NOT_GIVEN, Choice, Option, Parameter
 from rl_design_space.catalogue.studies import StudyEntry
-from rl_design_space.catalogue.wording import as_yaml, kind_in_words, range_in_words
+from rl_design_space.catalogue.wording import kind_in_words, range_in_words
 from rl_design_space.commands.terminal import plan_lines, plan_table
 
 
 def choice_table(choices: Sequence[Choice]) -> Table:
-    """Choices with their options; studies with their points if these were counted."""
+    """Return a table of choices with their options; of studies with their points if these were counted."""
     table = _table("choice")
     table.add_column("option", no_wrap=True)
     if counted := any(choice.points is not None for choice in choices):
         table.add_column("points", justify="right")
-    table.add_column("what it is", overflow="fold")
+    table.add_column("description", overflow="fold")
     between = [""] if counted else []
     for choice in choices:
         table.add_row(Text(choice.name), "", *between, Text(choice.description, style="italic"))
@@ -31,12 +32,12 @@ def choice_table(choices: Sequence[Choice]) -> Table:
 
 
 def parameter_table(parameters: Iterable[Parameter], first: str = "parameter") -> Table:
-    """Parameters with their types, ranges and defaults."""
+    """Return a table of parameters with their types, ranges and defaults."""
     table = _table(first)
     table.add_column("type")
     table.add_column("range", overflow="fold")
     table.add_column("default", overflow="fold")
-    table.add_column("what it is", overflow="fold", ratio=1)
+    table.add_column("description", overflow="fold", ratio=1)
     for each in parameters:
         default = "" if each.default is NOT_GIVEN else as_yaml(each.default)
         row = (each.name, kind_in_words(each.schema), range_in_words(each.schema), default, each.description)
@@ -45,7 +46,7 @@ def parameter_table(parameters: Iterable[Parameter], first: str = "parameter") -
 
 
 def block_table(study: StudyEntry) -> Table:
-    """The blocks of a study: which sweeps each is made of."""
+    """Return a table of the blocks of a study with their sweeps."""
     table = _table("block")
     table.add_column("all combinations of", overflow="fold")
     for block, sweeps in study.blocks.items():
@@ -54,17 +55,17 @@ def block_table(study: StudyEntry) -> Table:
 
 
 def constraint_table(study: StudyEntry) -> Table:
-    """The constraints of a study: what is left out, and why."""
+    """Return a table of the constraints of a study: what each excludes, and why."""
     table = _table("constraint")
-    table.add_column("leaves out", overflow="fold")
-    table.add_column("because", overflow="fold")
+    table.add_column("excludes", overflow="fold")
+    table.add_column("reason", overflow="fold")
     for name, constraint in study.constraints.items():
         table.add_row(*map(Text, (name, constraint.drop, constraint.why)))
     return table
 
 
 def study_parts(study: StudyEntry) -> Iterable[Table | Text | str]:
-    """All there is to say of a study, from top to bottom."""
+    """Yield the description of a study, from top to bottom."""
     yield Text(study.description)
     if study.blocks:
         yield block_table(study)
@@ -77,7 +78,7 @@ def study_parts(study: StudyEntry) -> Iterable[Table | Text | str]:
     if study.plan:
         yield from plan_lines(study.plan)
     else:
-        yield "no points: its report needs none"
+        yield "no points: the report needs none"
     if study.report:
         yield f"report: {study.report}"
     yield f"file: {study.place}"
@@ -97,6 +98,6 @@ def _option_row(choice: Choice, option: Option) -> list[str | Text]:
     return [Text(name), *counted, _with_error(option.summary, error)]
 
 
-def _with_error(said: str, error: str) -> Text:
-    lines = [Text(said), Text(f"cannot be used: {error}" if error else "", style="red")]
+def _with_error(summary: str, error: str) -> Text:
+    lines = [Text(summary), Text(f"cannot be used: {error}" if error else "", style="red")]
     return Text("\n").join(filter(None, lines))

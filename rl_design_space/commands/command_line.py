@@ -18,24 +18,28 @@ from rl_design_space.config.overrides import is_setting
 from rl_design_space.errors import ConfigError, has_password, without_passwords
 
 _OWN_SWEEPER = "design"
+#: Values that leave `study`, `plan` or `shard` unused.
+_UNUSED = ("null", "false")
 
 
 @dataclass(frozen=True)
 class CommandLine:
-    """A command line as it was typed, and how it is handed on.
+    """A parsed command line.
 
-    A sweep's overrides are meant for its points, some of which choose other options than the defaults. Hydra would
-    check them against the defaults, so they are kept from it and go to our sweeper: `study=table4 exploration.k=0.05`.
+    The overrides of a sweep apply to its points, which may choose other options than the defaults. Hydra would check
+    them against the defaults, so they bypass Hydra and go to our sweeper, e.g. `study=table4 exploration.k=0.05`.
 
     Attributes:
-        typed: everything but the user's config folder.
-        for_hydra: what Hydra gets.
-        for_points: what the points of a sweep take over.
-        foreign: whether it asks for a sweep by another sweeper than ours.
-        runs: whether it asks for points, not for help or for a config.
+        typed: all arguments but the user's config folder.
+        overrides: those that are overrides.
+        for_hydra: the arguments that Hydra gets.
+        for_points: the overrides that apply to the points of a sweep and bypass Hydra.
+        foreign: whether it runs a sweep with another sweeper than ours.
+        runs: whether it runs points; False if it shows help or a configuration.
     """
 
     typed: tuple[str, ...] = ()
+    overrides: tuple[str, ...] = ()
     for_hydra: tuple[str, ...] = ()
     for_points: tuple[str, ...] = ()
     foreign: bool = False
@@ -43,57 +47,57 @@ class CommandLine:
 
     @property
     def command(self) -> str:
-        """To be typed again."""
+        """The command line as text, quoted for a shell."""
         return shlex.join(["rl-design-space", *user_config.flags(), *self.typed])
 
 
 def read_command_line(arguments: Sequence[str]) -> CommandLine:
-    """Sort the arguments of a command line, and check them as far as that is possible before Hydra composes them.
+    """Parse the arguments of a command line, and check them as far as possible before Hydra composes them.
 
     Raises:
         ConfigError: an argument holds a password, is not an override, gives a value where an option is needed, or the
-            flags and overrides do not go together.
+            flags and overrides contradict each other.
     """
     for argument in arguments:
         if has_password(argument):
             raise ConfigError(
-                f"{without_passwords(argument)}: should not hold a password, for commands are recorded with runs; "
-                "docs/server.md says where it belongs"
+                f"{without_passwords(argument)}: should not hold a password, because commands are recorded with runs; "
+                "docs/server.md says where to put it"
             )
     flags = get_args_parser().parse_intermixed_args(arguments)
-    overrides = [override for override in flags.overrides if _is_override(override)]
+    overrides = tuple(override for override in flags.overrides if _is_override(override))
     try:
-        parsed = OverridesParser.create().parse_overrides(overrides)
+        parsed = OverridesParser.create().parse_overrides(list(overrides))
         check_options(parsed)
     except HydraException as error:
         raise explain(error) or error from error
 
     if words := [word for word in flags.overrides if not _is_override(word) and not flags.shell_completion]:
-        raise ConfigError(f"{words[0]}: not an override; they look like key=value, e.g. exploration.k=0.02")
+        raise ConfigError(f"{words[0]}: not an override; overrides look like key=value, e.g. exploration.k=0.02")
     others = [name for name in ("cfg", "info", "help", "hydra_help", "shell_completion") if getattr(flags, name)]
     if flags.multirun and others:
-        raise ConfigError(f"--multirun and --{others[0].replace('_', '-')} do not go together; leave one of them out")
+        raise ConfigError(
+            f"--multirun and --{others[0].replace('_', '-')} cannot be used together; leave one of them out"
+        )
     values = {override.key_or_group: (override.input_line or "").partition("=")[2] for override in parsed}
-    sweeps = [f"{key}={values[key]}" for key in ("study", "plan", "shard") if values.get(key, "null") not in _OFF]
+    sweeps = [f"{key}={values[key]}" for key in ("study", "plan", "shard") if values.get(key, "null") not in _UNUSED]
     sweeper = values.get("hydra/sweeper", _OWN_SWEEPER)
     if sweeper != _OWN_SWEEPER and sweeps:
         raise ConfigError(f"{sweeps[0]} needs hydra/sweeper={_OWN_SWEEPER}, not {sweeper}")
-    # `study=null` is the default, which Hydra has no way to ask for once more.
-    asked = [override for override in flags.overrides if override != "study=null"]
-    # Flags first: Hydra itself does not understand overrides with flags between them.
-    in_order = [argument for argument in arguments if argument not in flags.overrides]
+    # `study=null` is the default, and Hydra does not accept it as an override.
+    accepted = [override for override in flags.overrides if override != "study=null"]
+    # Flags first: Hydra does not parse overrides with flags between them.
+    flag_arguments = [argument for argument in arguments if argument not in flags.overrides]
     if sweeper != _OWN_SWEEPER or others or not (flags.multirun or sweeps):
-        return CommandLine(tuple(arguments), (*in_order, *asked), foreign=flags.multirun, runs=not others)
+        return CommandLine(
+            tuple(arguments), overrides, (*flag_arguments, *accepted), foreign=flags.multirun, runs=not others
+        )
     for_points = tuple(override for override in overrides if not is_setting(override))
-    settings = [override for override in asked if override not in for_points]
+    settings = [override for override in accepted if override not in for_points]
     implied = [] if flags.multirun or flags.run else ["--multirun"]
-    return CommandLine(tuple(arguments), (*implied, *in_order, *settings), for_points)
-
-
-#: Values with which a setting asks for nothing.
-_OFF = ("null", "false")
+    return CommandLine(tuple(arguments), overrides, (*implied, *flag_arguments, *settings), for_points)
 
 
 def _is_override(argument: str) -> bool:
-    """Whether an argument is an override; anything else is left to Hydra to refuse."""
+    """Return whether an argument is an override; Hydra itself refuses anything else."""
     return re.match(r"[+]*[A-Za-z_][^=]*=|~[A-Za-z_]", argument) is not None

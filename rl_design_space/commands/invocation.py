@@ -1,4 +1,4 @@
-"""The command that is running: what was typed, and what came of it."""
+"""The command that is running: its command line and its exit status."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from rl_design_space.commands.command_line import CommandLine
 class Invocation:
     """One call of `rl-design-space`.
 
-    Hydra calls plugins and jobs without a way to pass arguments or return a status: they ask for it with
+    Hydra calls sweepers, launchers and jobs without a way to pass them arguments or to return a status, so they use
     `current_invocation`.
 
     Attributes:
-        line: what was typed.
-        jobs: jobs that Hydra's sweepers have run; they take a sweep that matches nothing for a success.
-        undelivered: whether results are still to be delivered to the tracking store.
+        line: the command line; None in a process that a launcher of Hydra's has started.
+        jobs: number of Hydra jobs that have started in this process.
+        failed: whether the exit status is 1, because a point failed or records are pending.
     """
 
     line: CommandLine | None = None
     jobs: int = 0
-    undelivered: bool = False
+    failed: bool = False
 
-    def command_or(self, other: str) -> str:
-        """Return the command that was typed; `other` in a process that another one has started."""
-        return self.line.command if self.line else other
+    def command_or(self, default: str = "rl-design-space") -> str:
+        """Return the command line as text, or `default` if it is not known."""
+        return self.line.command if self.line else default
 
 
 _current: ContextVar[Invocation] = ContextVar("invocation")
@@ -46,5 +46,5 @@ def running(invocation: Invocation) -> Iterator[Invocation]:
 
 
 def current_invocation() -> Invocation:
-    """Return the invocation that is running; a new one in a process that a launcher of Hydra's has started."""
+    """Return the current invocation; a new one in a process that a launcher of Hydra's has started."""
     return _current.get(None) or Invocation()

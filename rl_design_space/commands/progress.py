@@ -3,47 +3,61 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from threading import Lock
 from time import monotonic
 
-from rich.console import Group
+from rich.console import Console, Group
 from rich.live import Live
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.text import Text
 
-from rl_design_space.commands.terminal import console, duration
+from rl_design_space.commands import terminal
+from rl_design_space.commands.terminal import counted, duration
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.cost import expected_moves
+from rl_design_space.plan.cost import expected_steps
 from rl_design_space.plan.plan import Plan, PlannedPoint
-from rl_design_space.run.runner import Missing, describe_error
+from rl_design_space.run.outcome import describe_error
+from rl_design_space.run.runner import Missing
 from rl_design_space.tracking.tracker import StoredRun
 
-#: Seconds between two plain lines; points that the rate is taken over; points under way that are named.
-_INTERVAL, _RECENT, _NAMED = 5.0, 200, 4
-#: Work that every point is, in moves, beside those that it learns: tables, curves, the record.
+#: Seconds between two plain lines; number of points that the rate is computed from; number of running points listed.
+_INTERVAL, _RECENT, _LISTED = 5.0, 200, 4
+#: Cost of a point beside its learning (tables, curves, record), in steps.
 _OVERHEAD = 5e6
 
 
 class Display:
-    """Shows how far a sweep has come; use it as a context manager around the sweep.
+    """Shows the progress of a sweep; a context manager around the sweep, and its `SweepMonitor`.
 
     Args:
-        plan: what is run.
-        found: what of it is missing.
-        workers: who learns, for people.
+        plan: the points of the sweep.
+        found: which of them have no run yet.
+        workers: description of the executor.
+        console: where to print.
+        clock: returns the time in seconds.
     """
 
-    def __init__(self, plan: Plan, found: Missing, workers: str) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        found: Missing,
+        workers: str,
+        *,
+        console: Console = terminal.console,
+        clock: Callable[[], float] = monotonic,
+    ) -> None:
         self._name = plan.name
         self._total, self._before = len(plan), len(found.stored)
         self._workers = workers
+        self._console, self._clock = console, clock
         self._ended = self._failed = 0
         self._work = self._work_left = sum(_work(planned) for planned in found.points)
-        self._under_way: dict[str, str] = {}
-        self._settling = ""
+        self._running: dict[str, str] = {}
+        self._delivery = ""
         self._times: deque[float] = deque(maxlen=_RECENT)
-        self._begun = self._shown = monotonic()
+        self._begun = self._shown = clock()
         self._lock = Lock()
         columns = (
             TextColumn("{task.description}"),
@@ -58,60 +72,63 @@ class Display:
     def __enter__(self) -> Display:
         if self._before == self._total:
             return self
-        if console.is_terminal:
+        if self._console.is_terminal:
             self._live.start()
         else:
             self._print(f"{self._name}: {self._total - self._before} of {self._total} points to run, {self._workers}")
         return self
 
     def __exit__(self, *_: object) -> None:
-        if console.is_terminal:
+        if self._console.is_terminal:
             self._live.stop()
 
-    def started(self, planned: PlannedPoint) -> None:
-        """A point is about to be learned."""
+    def point_started(self, planned: PlannedPoint) -> None:
+        """Add a point to the running ones."""
         with self._lock:
-            self._under_way[planned.fingerprint] = planned.name
+            self._running[planned.fingerprint] = planned.name
 
-    def learned(self, planned: PlannedPoint) -> None:
-        """A point waits to be recorded."""
+    def point_learned(self, planned: PlannedPoint) -> None:
+        """Remove a point from the running ones; it is not recorded yet."""
         with self._lock:
-            self._under_way.pop(planned.fingerprint, None)
+            self._running.pop(planned.fingerprint, None)
 
-    def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
-        """A point has been recorded, or has failed, which is shown at once."""
+    def point_ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
+        """Count a recorded or failed point; print an error at once."""
         with self._lock:
             self._ended += 1
             self._work_left -= _work(planned)
-            self._times.append(monotonic())
+            self._times.append(self._clock())
             self._failed += isinstance(result, Exception)
         if isinstance(result, Exception):
             self._print(f"failed: {planned.command}\n  {describe_error(result)}", style="red")
         last = self._before + self._ended == self._total
-        if not console.is_terminal and (last or monotonic() - self._shown >= _INTERVAL):
-            self._shown = monotonic()
+        if not self._console.is_terminal and (last or self._is_due()):
+            self._shown = self._clock()
             self._print(f"[{self._before + self._ended}/{self._total}] {self._state()}{self._names()}")
 
-    def waiting(self, left: int, trouble: str) -> None:
-        """All is learned; so many records are still to be told to the store, and this is wrong with it, if anything."""
-        self._settling = f"writing {left:,} records to the store{f': {trouble}' if trouble else ''}"
-        if not console.is_terminal and monotonic() - self._shown >= _INTERVAL:
-            self._shown = monotonic()
-            self._print(self._settling)
+    def delivering(self, pending: int, problem: str) -> None:
+        """Show the number of pending records, and the current problem of the store, if any."""
+        self._delivery = f"delivering {counted(pending, 'record')} to the store{f': {problem}' if problem else ''}"
+        if not self._console.is_terminal and self._is_due():
+            self._shown = self._clock()
+            self._print(self._delivery)
+
+    def _is_due(self) -> bool:
+        return self._clock() - self._shown >= _INTERVAL
 
     def _render(self) -> Group:
         self._bar.update(self._task, completed=self._before + self._ended, state=self._state())
-        names = list(self._under_way.values())
-        lines = [Text(f"  {name}", style="dim", no_wrap=True, overflow="ellipsis") for name in names[:_NAMED]]
-        if len(names) > _NAMED:
-            lines.append(Text(f"  … and {len(names) - _NAMED} more under way", style="dim"))
-        if self._settling:
-            lines.append(Text(f"  {self._settling}", style="dim", no_wrap=True, overflow="ellipsis"))
+        names = list(self._running.values())
+        lines = [Text(f"  {name}", style="dim", no_wrap=True, overflow="ellipsis") for name in names[:_LISTED]]
+        if len(names) > _LISTED:
+            lines.append(Text(f"  … and {len(names) - _LISTED} more running", style="dim"))
+        if self._delivery:
+            lines.append(Text(f"  {self._delivery}", style="dim", no_wrap=True, overflow="ellipsis"))
         return Group(self._bar, *lines)
 
     def _state(self) -> str:
-        """Rate, time left and failures."""
-        now = monotonic()
+        """Return the rate, the time left and the number of failures."""
+        now = self._clock()
         parts = []
         if len(self._times) > 1:
             span = now - self._times[0]
@@ -124,14 +141,14 @@ class Display:
         return ", ".join(parts)
 
     def _names(self) -> str:
-        """The points under way, in a plain line."""
-        names = list(self._under_way.values())
+        """Return the running points, as the end of a plain line."""
+        names = list(self._running.values())
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-        return f"; now {names[0]}{more}" if names else ""
+        return f"; running: {names[0]}{more}" if names else ""
 
     def _print(self, text: str, style: str = "") -> None:
-        console.print(escape(text), style=style, soft_wrap=True)
+        self._console.print(escape(text), style=style, soft_wrap=True)
 
 
 def _work(planned: PlannedPoint) -> float:
-    return expected_moves(planned.point) + _OVERHEAD
+    return expected_steps(planned.point) + _OVERHEAD

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from rl_design_space.commands.messages import shown_as_messages
 from rl_design_space.config import user_config
@@ -16,40 +17,19 @@ if TYPE_CHECKING:
     from rl_design_space.tracking.read import Reader
 
 
-#: The study whose report is the page of all others.
-_ALL = "paper"
-
-
-class Report(Protocol):
-    """What a study's file may name as its report."""
-
-    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
-        """Write files called after the study into a folder.
-
-        Args:
-            study: whose points the report is about.
-            reader: of the tracked runs; points without a run are missing, and shown as such.
-            folder: made if need be.
-
-        Returns:
-            The paths written.
-        """
-        ...
-
-
 def main() -> None:
-    """Write a report; errors that a user can mend are one message and exit status 2."""
-    from rl_design_space.commands import figures
+    """Write a report; an error that the user can fix is one message and exit status 2."""
+    from rl_design_space.commands import figure_words
 
     with shown_as_messages():
         folder, typed = user_config.take_flag(sys.argv[1:])
         user_config.use(folder)
         user_config.tell_of_shadowing()
-        if typed and typed[0] in figures.WORDS:
-            paths = figures.main(typed[0], typed[1:])
+        if typed and typed[0] in figure_words.WORDS:
+            paths = figure_words.main(typed[0], typed[1:])
         else:
             arguments = _parser(typed).parse_intermixed_args(typed)
-            name = _ALL if arguments.report == "all" else arguments.report
+            name = _study_of_all() if arguments.report == "all" else arguments.report
             paths = write_report(name, arguments.overrides)
         for path in paths:
             print(path)
@@ -62,9 +42,9 @@ def _parser(typed: list[str]) -> argparse.ArgumentParser:
         epilog=_studies() if {"-h", "--help"} & set(typed) else None,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("report", help="name of a study, e.g. table4; all for every one and the page")
+    parser.add_argument("report", help="name of a study, e.g. table4; all for the page of all reports")
     parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
-    # Taken before; here for --help.
+    # Parsed before, see `main`; listed here for --help.
     parser.add_argument(user_config.FLAG, "-cd", metavar="DIR", help="folder with options and studies of your own")
     return parser
 
@@ -72,22 +52,35 @@ def _parser(typed: list[str]) -> argparse.ArgumentParser:
 def _studies() -> str:
     from rl_design_space.catalogue.overview import study_list
     from rl_design_space.catalogue.search import searched
-    from rl_design_space.commands import figures
+    from rl_design_space.commands import figure_words
 
     with searched() as search:
-        any_runs = [f"  {word:12} {what}" for word, what in figures.WORDS.items()]
+        any_runs = [f"  {word:12} {what}" for word, what in figure_words.WORDS.items()]
         example = "example: rl-design-report heatmap --rows representation --cols exploration.k --study table4"
-        return "\n".join(
-            (
-                "studies:",
-                *study_list(search),
-                "",
-                "of any runs, see rl-design-report WORD --help:",
-                *any_runs,
-                "",
-                example,
-            )
-        )
+        heading = "of any runs, see rl-design-report WORD --help:"
+        return "\n".join(["studies:", *study_list(search), "", heading, *any_runs, "", example])
+
+
+def _study_of_all() -> str:
+    """Return the study whose report collects all others: the default page, or the only page.
+
+    Raises:
+        ConfigError: there is no such study, or there are several.
+    """
+    from rl_design_space.catalogue.search import searched
+
+    pages: dict[bool, list[str]] = {True: [], False: []}
+    with searched() as search:
+        for name in search.options("study"):
+            node = search.node(f"study/{name}")
+            report = node.get("report") if isinstance(node, Mapping) else None
+            if isinstance(report, Mapping) and str(report.get("_target_")).endswith(".Page"):
+                pages[report.get("default") is True].append(name)
+    found = pages[True] or pages[False]
+    if len(found) != 1:
+        expected = "needs one study whose report is a Page with default: true"
+        raise ConfigError(f"all: {expected}, not {len(found)} ({', '.join(found) or 'none'})")
+    return found[0]
 
 
 def write_report(name: str, overrides: list[str]) -> list[Path]:
@@ -101,7 +94,7 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
         The files written.
 
     Raises:
-        ConfigError: there is no such report, or nothing was recorded.
+        ConfigError: the study has no report, or none of its points is recorded.
     """
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
@@ -111,16 +104,20 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     with shipped_config():
         study = load_study(name, overrides)
     settings = build_settings(study.config)
-    report: Report = study.report()
+    report = study.report()
     reader = settings.tracking.reader() if study.plan else NoRuns()
-    _tell_of_missing(study, reader)
-    paths = report.write(study, reader, Path(settings.outputs) / "report")
+    _report_missing(study, reader)
+    paths: list[Path] = report.write(study, reader, Path(settings.outputs) / "report")
     reader.attach(study.name, paths)
     return paths
 
 
-def _tell_of_missing(study: Study, reader: Reader) -> None:
-    """Say on stderr how many points have no run; refuse a report about nothing, which might replace a full one."""
+def _report_missing(study: Study, reader: Reader) -> None:
+    """Print to stderr how many points have no run; refuse an empty report, which might replace a full one.
+
+    Raises:
+        ConfigError: no point has a run.
+    """
     missing = len(study.plan) - len(reader.finished([planned.fingerprint for planned in study.plan]))
     if missing and missing == len(study.plan):
         raise ConfigError(f"study {study.name}: none of its {missing} points is recorded; `{study.command}` makes them")

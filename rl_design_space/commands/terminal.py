@@ -1,4 +1,4 @@
-"""What people see in the terminal."""
+"""Tables and lines for the terminal."""
 
 from __future__ import annotations
 
@@ -10,21 +10,28 @@ from rich.markup import escape
 from rich.table import Table
 
 from rl_design_space.plan.plan import Plan, PlannedPoint
-from rl_design_space.run.runner import Outcome
-from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, Tracker
+from rl_design_space.run.outcome import Outcome
+from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun
 
 console = Console(highlight=False)
 #: Half the width of a 95 % interval, in standard errors.
 _NORMAL_95 = 1.96
-#: Values of an axis that a plan lists.
+#: Maximum number of values that a plan lists for each axis.
 _SHOWN_VALUES = 12
 _MINUTE, _HOUR = 60, 3600
-#: Seconds below which a tenth counts.
+#: Durations below this many seconds are shown with one decimal.
 _TENTHS = 10
 
 
-def point_table(planned: PlannedPoint, stored: StoredRun, location: str, learned: bool) -> Table:
-    """The choices of a point and what came of them."""
+def point_table(planned: PlannedPoint, stored: StoredRun, location: str, is_new: bool) -> Table:
+    """Return the choices of a point and its results.
+
+    Args:
+        planned: the point.
+        stored: its run.
+        location: name of the tracking store.
+        is_new: whether the point was learned by this command.
+    """
     scalars = stored.scalars
     table = Table(box=SIMPLE_HEAD, show_header=False, pad_edge=False)
     table.add_column(style="bold", no_wrap=True)
@@ -45,12 +52,12 @@ def point_table(planned: PlannedPoint, stored: StoredRun, location: str, learned
     table.add_row("final steps over optimum", f"{scalars['final_steps_over_optimum']:.3f}")
     table.add_row("rate", f"{scalars['env_steps_per_second'] / 1e6:.1f} million steps/s", end_section=True)
     run = f"{stored.run_id} in {location}" if stored.run_id else location
-    table.add_row("MLflow run", escape(run if learned else f"{run}; recorded earlier, nothing to learn"))
+    table.add_row("MLflow run", escape(run if is_new else f"{run}; recorded earlier"))
     return table
 
 
 def plan_table(plan: Plan) -> Table:
-    """The axes of a plan, and how many points have each value."""
+    """Return the axes of a plan, and how many points have each value."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False)
     table.add_column("axis", style="bold", no_wrap=True)
     table.add_column("values", justify="right")
@@ -63,19 +70,19 @@ def plan_table(plan: Plan) -> Table:
 
 
 def plan_lines(plan: Plan) -> list[str]:
-    """How the points of a plan were counted."""
+    """Return lines that show how the points of a plan were counted."""
     dropped = [f"- {each.count:,} dropped by {each.constraint} of {each.study}: {each.why}" for each in plan.dropped]
-    repeated = [f"- {plan.duplicates:,} that are the same point as another one"] if plan.duplicates else []
+    repeated = [f"- {counted(plan.duplicates, 'duplicate')} of other points"] if plan.duplicates else []
     return [counted(plan.combinations, "combination"), *dropped, *repeated, f"= {counted(plan.whole, 'point')}"]
 
 
 def counted(number: int, what: str) -> str:
-    """A number of things: `1 point`, `2,000 points`."""
+    """Return a number with its noun: `1 point`, `2,000 points`."""
     return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
 def outcome_line(plan: Plan, outcome: Outcome, location: str) -> str:
-    """What became of a sweep, and what its time was spent on."""
+    """Return the counts of a sweep and its time by activity."""
     counts = outcome.counts
     parts = [f"{counts['done']:,} learned now", f"{counts['already']:,} before"]
     if counts["elsewhere"]:
@@ -87,17 +94,17 @@ def outcome_line(plan: Plan, outcome: Outcome, location: str) -> str:
     return f"{plan.name}: {counted(len(plan), 'point')}, {', '.join(parts)}; in {location} ({spent})"
 
 
-def pending_line(delivery: DeliveryStatus, tracker: Tracker) -> str:
-    """How many results the store does not have, why, and what to do about it."""
+def pending_line(delivery: DeliveryStatus, location: str) -> str:
+    """Return how many records are pending, why, and the command that delivers them."""
     results = counted(delivery.pending, "result")
     return (
-        f"{results} of this and earlier commands safe on disk, not yet in {tracker.location}: {delivery.reason}\n"
-        "to deliver when it is back: rl-design-space sync"
+        f"{results} of this and earlier commands safe on disk, not yet in {location}: {delivery.reason}\n"
+        "to deliver them once it is back: rl-design-space sync"
     )
 
 
 def duration(seconds: float) -> str:
-    """A time span for people: `48 s`, `3 min 20 s`, `2 h 05 min`."""
+    """Return a time span as text: `48 s`, `3 min 20 s`, `2 h 05 min`."""
     whole = round(seconds)
     if whole < _MINUTE:
         return f"{seconds:.1f} s" if seconds < _TENTHS else f"{whole} s"
@@ -107,9 +114,9 @@ def duration(seconds: float) -> str:
 
 
 def failure_table(plan: Sequence[PlannedPoint], failed: Mapping[str, str]) -> Table:
-    """Every point that failed, why, and the command that runs it again."""
+    """Return the failed points, their errors, and the commands that run them again."""
     table = Table(box=SIMPLE_HEAD, title="Failures")
-    for heading in ("failed point", "error", "run it again"):
+    for heading in ("failed point", "error", "command to run it again"):
         table.add_column(heading, overflow="fold")
     for planned in plan:
         if error := failed.get(planned.fingerprint):
@@ -118,7 +125,7 @@ def failure_table(plan: Sequence[PlannedPoint], failed: Mapping[str, str]) -> Ta
 
 
 def _choice(planned: PlannedPoint, group: str, option: str) -> str:
-    """An option and its values, e.g. `linear (start=0.9 k=0.03)`."""
+    """Return an option and its values, e.g. `linear (start=0.9 k=0.03)`."""
     values = [
         f"{name.removeprefix(f'{group}.')}={value}"
         for name, value in planned.parameters.items()

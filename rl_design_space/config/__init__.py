@@ -1,1 +1,1 @@
-"""Hydra: from config files and overrides to validated components, and its errors as messages."""
+"""Configuration with Hydra: compose config files and overrides, build validated components, explain errors."""

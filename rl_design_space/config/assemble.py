@@ -1,4 +1,4 @@
-"""Points from overrides without composing each one: options are read once each, points put together from them."""
+"""Assemble points from overrides without composing each one: every option is read once and reused."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _FIELDS = tuple(field.name for field in fields(DesignPoint))
 
 
 class Parts(NamedTuple):
-    """What a point is put together from: the built value of each of its fields, and the names of the options."""
+    """The parts of a point: the built value of each of its fields, and the names of the chosen options."""
 
     values: Mapping[str, Any]
     options: Mapping[str, str]
 
 
 class _NotPlainError(Exception):
-    """Hydra has to compose this one."""
+    """The point cannot be assembled; Hydra has to compose it."""
 
 
 class _Choice(NamedTuple):
@@ -46,17 +46,17 @@ class _Value(NamedTuple):
 
 
 class Assembler:
-    """Builds the parts of points from options and values, where that gives what Hydra would compose.
+    """Assembles the parts of points from options and values where the result equals what Hydra composes.
 
-    It does where every option file is plain: it lies at its own group, has no defaults of its own, and neither files
-    nor overrides interpolate. Everything else is left to Hydra.
+    That is the case where every option file is plain: it stays in its own group, has no defaults list, and neither
+    files nor overrides interpolate. All other points are left to Hydra.
 
     Args:
-        repository: of config files, as Hydra searches them.
+        repository: Hydra's repository of config files.
         primary: name of the primary config.
         defaults: the composed primary config, with its choices.
         groups: config groups that are design choices.
-        parser: of overrides.
+        parser: parses overrides.
     """
 
     def __init__(
@@ -73,14 +73,14 @@ class Assembler:
         self._nodes: dict[tuple[str, str], dict[str, Any] | None] = {}
         self._components: dict[tuple[str, ...], Any] = {}
         self._shared: dict[tuple[str, ...], Mapping[str, str]] = {}
-        # Nothing but an option's own file may say what is in its group, be it the primary config or another file.
+        # Neither the primary config nor another file may add to the group of an option.
         self._usable = not self._groups & set(repository.load_config(primary).config) and all(
             self._node(group, option) == OmegaConf.to_container(defaults[group])
             for group, option in self._options.items()
         )
 
     def __call__(self, overrides: Sequence[str]) -> Parts | None:
-        """The parts that these overrides choose, or None if it takes Hydra to compose them, or to say what is wrong."""
+        """Return the parts that these overrides describe, or None if Hydra has to compose them or report an error."""
         if not self._usable:
             return None
         try:
@@ -100,7 +100,7 @@ class Assembler:
         return Parts(built, self._shared.setdefault(tuple(options.values()), options))
 
     def _parse(self, override: str) -> _Choice | _Value | None:
-        """What an override says of a point; nothing if it is a setting."""
+        """Return what an override changes in a point; None if it is a setting."""
         if override not in self._parsed:
             if is_setting(override):
                 self._check_setting(override)
@@ -108,7 +108,7 @@ class Assembler:
         return self._parsed[override]
 
     def _check_setting(self, text: str) -> None:
-        """A setting may choose a file that says something of the point, too; nothing but Hydra knows what."""
+        """Leave settings to Hydra that choose a file which also changes the point."""
         override = self._parser.parse_override(text)
         path = f"{override.key_or_group}/{override.value()}"
         if override.key_or_group in SETTINGS and self._repository.config_exists(path):
@@ -120,7 +120,7 @@ class Assembler:
         override = self._parser.parse_override(text)
         plain = override.type.name == "CHANGE" and override.value_type == ValueType.ELEMENT and not override.package
         value = override.value() if plain else None
-        if not plain or any(mark in str(value) for mark in _UNRESOLVED):  # in the text they may be escaped
+        if not plain or any(mark in str(value) for mark in _UNRESOLVED):  # not in the text, where they may be escaped
             raise _NotPlainError
         field, *path = override.key_or_group.split(".")
         if not path and field in self._groups:
@@ -132,7 +132,7 @@ class Assembler:
         return _Value(field, tuple(path), value)
 
     def _component(self, field: str, option: str | None, overrides: Sequence[str]) -> Any:
-        """The value of a point's field; equal ones are one object, which keeps thousands of points small."""
+        """Return the value of a field; equal values are one object, which saves memory with thousands of points."""
         key = (field, option or "", *overrides)
         if key not in self._components:
             node = self._node(field, option) if option else self._rest[field]
@@ -145,7 +145,7 @@ class Assembler:
         return self._components[key]
 
     def _node(self, group: str, option: str) -> dict[str, Any] | None:
-        """What an option's file says, if that is all that choosing it means."""
+        """Return the content of an option's file, or None if choosing the option means more than that."""
         if (group, option) not in self._nodes:
             self._nodes[group, option] = self._load(f"{group}/{option}")
         return self._nodes[group, option]
@@ -160,13 +160,13 @@ class Assembler:
 
 
 def _reaches_out(found: ConfigResult) -> bool:
-    """Whether choosing a config file may say something outside of its own group."""
+    """Return whether choosing a config file may change something outside its group."""
     listed = [default for default in found.defaults_list or () if not default.is_self()]
     return bool(listed or found.header.get("package"))
 
 
 def _put(node: dict[str, Any], value: _Choice | _Value | None) -> None:
-    """Replace one value that is there already."""
+    """Replace an existing value."""
     assert isinstance(value, _Value)
     *parents, last = (value.field, *value.path)
     inner: Any = node

@@ -1,4 +1,4 @@
-"""From a composed config to validated values."""
+"""Build validated values from a composed config."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _CHOICES = frozenset(field.name for field in fields(DesignPoint))
 
 
 def build_values(config: DictConfig) -> dict[str, Any]:
-    """The value of each field of the design point that a composed config describes.
+    """Build the value of each field of the design point that a composed config describes.
 
     Raises:
         ConfigError: a key is missing, unknown or has a value that is not allowed.
@@ -37,25 +37,33 @@ def build_values(config: DictConfig) -> dict[str, Any]:
 
 
 def make_point(values: Mapping[str, Any]) -> DesignPoint:
-    """The point of these choices, each built.
+    """Build a point from built values.
 
     Raises:
-        ConfigError: they do not go together.
+        ConfigError: the values contradict each other.
     """
     return construct(DesignPoint, values)
 
 
 def build_component(config: DictConfig, key: str) -> Any:
-    """The value at one top-level key: what its `_target_` makes of its fields, or the plain value.
+    """Build the value at a top-level key: an instance of its `_target_`, or the plain value.
 
     Raises:
-        ConfigError: as `build_values`.
+        ConfigError: a key is missing, unknown or has a value that is not allowed.
     """
     return build(key, plain(config, key))
 
 
 def build(key: str, node: Any) -> Any:
-    """The same for a node that is plain Python already; `key` is where it stands."""
+    """Build a value from a node of plain Python values: an instance of its `_target_`, or the node itself.
+
+    Args:
+        key: key of the node in the config, for messages.
+        node: the node.
+
+    Raises:
+        ConfigError: a key is missing, unknown or has a value that is not allowed.
+    """
     if not isinstance(node, Mapping):
         return node
     if "_target_" not in node:
@@ -75,15 +83,20 @@ def build(key: str, node: Any) -> Any:
 
 
 def _as_value(value: Any) -> Any:
-    """Lists as tuples: a component is a value, equal to its copies and with a hash."""
+    """Convert lists to tuples, so that a component is hashable and equal to its copies."""
     return tuple(map(_as_value, value)) if isinstance(value, list) else value
 
 
 def construct(kind: Callable[..., Built], values: Mapping[str, Any], prefix: str = "") -> Built:
-    """A validated dataclass with these values.
+    """Create an instance of a validated dataclass.
+
+    Args:
+        kind: the dataclass.
+        values: its fields.
+        prefix: key of the values in the config, for messages.
 
     Raises:
-        ConfigError: a value is missing, unknown or not allowed; `prefix` is where they stand.
+        ConfigError: a value is missing, unknown or not allowed.
     """
     try:
         return kind(**values)
@@ -92,10 +105,10 @@ def construct(kind: Callable[..., Built], values: Mapping[str, Any], prefix: str
 
 
 def plain(config: DictConfig, key: str) -> Any:
-    """The value at a top-level key as plain Python, everything resolved.
+    """Return the value at a top-level key as plain Python values, with all interpolations resolved.
 
     Raises:
-        ConfigError: a value is still `???`, or an interpolation finds nothing.
+        ConfigError: a value is still `???`, or an interpolation cannot be resolved.
     """
     if key not in config and not OmegaConf.is_missing(config, key):
         raise ConfigError(f"{key}: missing; leave it in, or name exactly one option")

@@ -1,4 +1,4 @@
-"""From command-line overrides to the parts of a design point."""
+"""Compose command-line overrides into the parts of a design point."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from rl_design_space._paths import CONF
 from rl_design_space.config.assemble import Assembler, Parts
 from rl_design_space.config.build import build_values
 from rl_design_space.config.explain import explain
-from rl_design_space.config.overrides import is_setting
+from rl_design_space.config.overrides import is_search_path, is_setting
 from rl_design_space.config.search_path import look_in_user_folder_first
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 
 CONFIG_NAME = "config"
-#: The design choices that are config groups: all but plain numbers.
+#: The design choices that are config groups: all fields of a point except `seed` and `task`.
 OPTION_GROUPS = tuple(field.name for field in fields(DesignPoint) if field.name not in ("seed", "task"))
 
 
 @contextmanager
 def shipped_config() -> Iterator[None]:
-    """Make Hydra find the user's and the shipped configuration, whatever it was looking at before."""
+    """Initialize Hydra with the user's and the shipped configuration, and restore its state afterwards."""
     look_in_user_folder_first()
     outer = GlobalHydra.instance().hydra
     GlobalHydra.instance().clear()
@@ -49,29 +49,36 @@ def shipped_config() -> Iterator[None]:
 class Composer:
     """Composes the parts of many points from the configuration that Hydra has initialized.
 
-    Hydra's own composition takes 150 ms. Most points need none: options are read once each and put together (see
-    `Assembler`). Of the others, those that choose the same options differ in values only, so each combination of
-    options is composed once and the values are put into a copy.
+    A composition by Hydra takes 150 ms. Most points need none: they are assembled from options that are read once each
+    (see `Assembler`). Other points with the same options differ only in values, so each combination of options is
+    composed once and the values are set in a copy.
 
     Args:
-        searchpath: `hydra.searchpath=…` overrides, which say where to look for options as well.
+        search_path: `hydra.searchpath=…` overrides, which add places to look for options.
     """
 
-    def __init__(self, searchpath: Sequence[str] = ()) -> None:
-        self._searchpath = list(searchpath)
+    def __init__(self, search_path: Sequence[str] = ()) -> None:
+        self._search_path = list(search_path)
         self._loader = cast(ConfigLoaderImpl, GlobalHydra.instance().config_loader())
-        self._repository = self._loader._parse_overrides_and_create_caching_repo(CONFIG_NAME, self._searchpath)[1]
+        self._repository = self._loader._parse_overrides_and_create_caching_repo(CONFIG_NAME, self._search_path)[1]
         self._groups = set(self._repository.get_group_options("", ObjectType.GROUP))
         self._bases: dict[tuple[str, ...], DictConfig] = {}
         self._is_setting = cache(is_setting)
         self._valid_settings: set[tuple[str, ...]] = {()}
         self.parser = OverridesParser.create(config_loader=self._loader)
 
+    @classmethod
+    def like(cls, config: DictConfig) -> Composer:
+        """Return a composer with the search path of a composed config."""
+        return cls(list(filter(is_search_path, config.hydra.overrides.hydra)))
+
     def parts(self, overrides: Sequence[str]) -> Parts:
-        """The parts of the point that these overrides describe, each valid; whether they go together is not checked.
+        """Return the validated parts of the point that these overrides describe.
+
+        Whether the parts are compatible with each other is not checked.
 
         Raises:
-            ConfigError: an override is not understood or its value is not allowed.
+            ConfigError: an override cannot be parsed, or its value is not allowed.
         """
         settings = tuple(filter(self._is_setting, overrides))
         if settings not in self._valid_settings:
@@ -88,10 +95,10 @@ class Composer:
         return Assembler(self._repository, CONFIG_NAME, defaults, OPTION_GROUPS, self.parser)
 
     def config(self, overrides: Sequence[str]) -> DictConfig:
-        """The composed config, Hydra's own part included.
+        """Return the composed config, including the `hydra` node.
 
         Raises:
-            ConfigError: as above.
+            ConfigError: an override cannot be parsed, or its value is not allowed.
         """
         try:
             parsed = self.parser.parse_overrides(list(overrides))
@@ -111,14 +118,14 @@ class Composer:
         return config
 
     def _compose(self, overrides: Sequence[str]) -> DictConfig:
-        return hydra.compose(CONFIG_NAME, [*self._searchpath, *overrides], return_hydra_config=True)
+        return hydra.compose(CONFIG_NAME, [*self._search_path, *overrides], return_hydra_config=True)
 
     def _changes_keys(self, override: Override) -> bool:
-        """Whether an override adds or deletes a key; its place among the others then counts."""
+        """Return whether an override adds or deletes a key, so that the order of the overrides matters."""
         return override.is_add() or override.is_force_add() or override.is_delete()
 
     def _sets_a_value(self, override: Override) -> bool:
-        """Whether an override only replaces a value, and leaves alone which files are composed."""
+        """Return whether an override only replaces a value and does not change which files are composed."""
         return (
             override.package is None
             and override.key_or_group not in self._groups
@@ -133,14 +140,14 @@ def _set(config: DictConfig, override: Override) -> None:
     except ValueError as error:
         if isinstance(error, OmegaConfBaseException):
             raise
-        raise ConfigError.at(override.key_or_group, override.value(), f"there is no such key: {error}") from error
+        raise ConfigError.at(override.key_or_group, override.value(), f"no such key: {error}") from error
 
 
 def check_options(overrides: Sequence[Override]) -> None:
-    """Refuse values where an option's name is needed, which Hydra would answer without saying where.
+    """Refuse values where the name of an option is needed; the error of Hydra does not name the key.
 
     Raises:
-        ConfigError: such as `world=10`.
+        ConfigError: an override such as `world=10`.
     """
     for override in overrides:
         key = override.key_or_group
@@ -148,18 +155,18 @@ def check_options(overrides: Sequence[Override]) -> None:
             continue
         named: tuple[type, ...] = (str, list, dict)
         if override.is_delete() or (key == "study" and not override.is_add()):
-            named = (*named, type(None))  # `~world` has no value, and `study=null` is none
+            named = (*named, type(None))  # `~world` has no value, and `study=null` chooses no study
         if override.value_type == ValueType.ELEMENT and not isinstance(override.value(), named):
             sign = "~" if override.is_delete() else ""
             raise ConfigError.at(f"{sign}{key}", override.value(), "name exactly one option")
 
 
 def parts_of(config: DictConfig, choices: Mapping[str, str | None] | None = None) -> Parts:
-    """The parts of a composed config.
+    """Return the parts of the point that a composed config describes.
 
     Args:
         config: the composed config.
-        choices: name of the option chosen in every config group, unless Hydra's part of the config tells.
+        choices: name of the chosen option by config group; if None, those in the `hydra` node of the config.
 
     Raises:
         ConfigError: a value is not allowed.

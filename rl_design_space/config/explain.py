@@ -1,4 +1,4 @@
-"""Turn the errors of Hydra, OmegaConf and pydantic into messages for people who write configs."""
+"""Translate errors of Hydra, OmegaConf, pydantic and PyYAML into messages that name the key and the value."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _HIDDEN_KEYS = {"_target_", "hydra"}
 
 
 def explain(error: Exception) -> ConfigError | None:
-    """The same error in the user's terms, or None if it is not about the configuration."""
+    """Translate an error into a `ConfigError`; return None if it does not concern the configuration."""
     if isinstance(error, ConfigError):
         return error
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, option = str(error.missing_cfg_file).rpartition("/")
         return unknown_option(group, option, error.options or ())
     if isinstance(error, OverrideParseException):
-        return ConfigError(f"{error.override}: not an override; they look like key=value, e.g. exploration.k=0.02")
+        return ConfigError(f"{error.override}: not an override; overrides look like key=value, e.g. exploration.k=0.02")
     if isinstance(error, ConfigCompositionException) and isinstance(
         error.__cause__, (ConfigAttributeError, ConfigKeyError)
     ):
@@ -53,7 +53,7 @@ def explain(error: Exception) -> ConfigError | None:
 
 
 def _not_yaml(error: MarkedYAMLError) -> ConfigError:
-    """What is wrong with a file, and in which line; parsers notice it a little later than people."""
+    """Return an error with the place of a YAML error, and where the faulty block starts: parsers notice it later."""
     mark = error.problem_mark or error.context_mark
     context = f" {error.context}" if error.context else ""
     begun = f" that begins in line {error.context_mark.line + 1}" if context and error.context_mark else ""
@@ -62,15 +62,15 @@ def _not_yaml(error: MarkedYAMLError) -> ConfigError:
 
 
 def unknown_option(group: str, option: str, known: Iterable[str]) -> ConfigError:
-    """An option that does not exist, with the folder that would have it, or the nearest one that does exist."""
+    """Return an error for an unknown option, with a config folder that has it, or else the most similar option."""
     if folder := user_config.unused(group, option):
         needed = f"{user_config.FLAG} {user_config.shown(folder)}"
-        return ConfigError.at(group, option, f"no such option; {needed} would bring one of this name")
+        return ConfigError.at(group, option, f"no such option; {needed} would add it")
     return ConfigError.unknown("option", option, known, prefix=f"{group}=")
 
 
 def unknown_key(error: ConfigAttributeError | ConfigKeyError) -> ConfigError:
-    """A key that the composed config does not have, with the nearest one that it has."""
+    """Return an error for an unknown key, with the most similar key of the composed config."""
     parent, _, key = str(error.full_key).rpartition(".")
     siblings = error.parent_node if isinstance(error.parent_node, DictConfig) else {}
     known = [str(name) for name in siblings if name not in _HIDDEN_KEYS]
@@ -79,7 +79,7 @@ def unknown_key(error: ConfigAttributeError | ConfigKeyError) -> ConfigError:
 
 
 def invalid(prefix: str, error: ValidationError, known: list[str]) -> ConfigError:
-    """What pydantic found wrong with the fields of one choice."""
+    """Return an error for the fields of one choice that pydantic refused."""
     lines = []
     for detail in error.errors(include_url=False):
         key = ".".join(str(part) for part in (prefix, *detail["loc"]) if part != "")

@@ -1,4 +1,4 @@
-"""Which keys of the configuration describe a design point, and which say how points are run."""
+"""Classify overrides: settings, settings of a sweep, search paths."""
 
 from __future__ import annotations
 
@@ -6,19 +6,24 @@ import re
 
 #: Keys of the config that are not part of a design point.
 SETTINGS = ("outputs", "threads", "tracking", "study", "plan", "shard", "on_error", "objective", "hydra")
-#: Settings of a whole sweep; a point that runs alone does not use them.
-_OF_A_SWEEP = ("study", "plan", "shard", "on_error", "hydra")
+#: Settings of a sweep, which a single point does not use.
+_SWEEP_SETTINGS = ("study", "plan", "shard", "on_error", "hydra")
 
 
 def is_setting(override: str) -> bool:
-    """Return whether an override concerns how points are run, not the points."""
-    return _concerns(override, SETTINGS)
+    """Return whether an override changes how points are run, not the points themselves."""
+    return _has_key(override, SETTINGS)
 
 
-def is_of_a_sweep(override: str) -> bool:
-    """Return whether an override concerns a whole sweep, and no point of it."""
-    return _concerns(override, _OF_A_SWEEP)
+def is_sweep_setting(override: str) -> bool:
+    """Return whether an override changes how a sweep is run, and nothing that a single point uses."""
+    return _has_key(override, _SWEEP_SETTINGS)
 
 
-def _concerns(override: str, keys: tuple[str, ...]) -> bool:
+def is_search_path(override: str) -> bool:
+    """Return whether an override sets the places where Hydra looks for options."""
+    return override.lstrip("+").startswith("hydra.searchpath=")
+
+
+def _has_key(override: str, keys: tuple[str, ...]) -> bool:
     return re.match(rf"[+~]*({'|'.join(keys)})(?=[./@=]|$)", override) is not None

@@ -1,4 +1,4 @@
-"""Where Hydra looks for config files: in the user's folder first, then in the shipped one."""
+"""Hydra's search path: the user's config folder first, then the shipped one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rl_design_space.config.user_config import user_folder
 
 
 class UserConfigFirst(SearchPathPlugin):
-    """Puts the user's config folder before the shipped one; Hydra's own `--config-dir` would put it behind."""
+    """Puts the user's config folder before the shipped one; Hydra's `--config-dir` would put it after."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         folder = user_folder()
@@ -21,5 +21,5 @@ class UserConfigFirst(SearchPathPlugin):
 
 
 def look_in_user_folder_first() -> None:
-    """Have Hydra ask the plugin; it would find it by itself only in a folder that it knows."""
+    """Register the plugin, which lies outside the folders that Hydra searches for plugins."""
     Plugins.instance().register(UserConfigFirst)

@@ -1,4 +1,4 @@
-"""The class that a `_target_` names, and what is wrong with the name or with its module."""
+"""Import the class that a `_target_` names, with error messages for names and modules."""
 
 from __future__ import annotations
 
@@ -13,43 +13,48 @@ from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
 
-def class_of(key: str, target: object) -> Any:
-    """The class that a `_target_` names.
+def imported(key: str, target: object) -> type:
+    """Import the class that a `_target_` names.
 
     Args:
-        key: of the option, e.g. `world`.
+        key: where the target is written, e.g. `world._target_`.
         target: module and class, e.g. `mine.Ring`.
 
     Raises:
-        ConfigError: it cannot be imported, or is no dataclass.
+        ConfigError: it cannot be imported, or is not a class.
     """
-    where = f"{key}._target_"
     if not isinstance(target, str):
-        raise ConfigError.at(where, target, "should name a class, as in module.Class")
+        raise ConfigError.at(key, target, "should name a class, as in module.Class")
     try:
         kind = resolve_name(target)
-    except ModuleNotFoundError as error:
-        raise ConfigError.at(where, target, f"cannot be imported: {_not_found(target, error)}") from error
-    except AttributeError as error:
-        raise ConfigError.at(where, target, f"cannot be imported: {_no_such_name(target, error)}") from error
-    except SyntaxError as error:
-        raise ConfigError.at(
-            where, target, f"cannot be imported: {error.filename}:{error.lineno}: {error.msg}"
-        ) from error
     except Exception as error:  # a module may raise anything when it is imported
-        place = extract_tb(error.__traceback__)[-1]
-        reason = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
-        raise ConfigError.at(where, target, f"cannot be imported: {reason}") from error
+        raise ConfigError.at(key, target, f"cannot be imported: {_reason(target, error)}") from error
+    if not isinstance(kind, type):
+        raise ConfigError.at(key, target, "should name a class, as in module.Class")
+    return kind
+
+
+def class_of(key: str, target: object) -> Any:
+    """Import the dataclass that an option names.
+
+    Args:
+        key: key of the option, e.g. `world`.
+        target: module and class, e.g. `mine.Ring`.
+
+    Raises:
+        ConfigError: it cannot be imported, or is not a dataclass.
+    """
+    kind = imported(f"{key}._target_", target)
     if not is_dataclass(kind):
-        raise ConfigError.at(where, target, "should be a frozen dataclass")
+        raise ConfigError.at(f"{key}._target_", target, "should be a frozen dataclass")
     return kind
 
 
 def check_fields(key: str, kind: Any, node: Mapping[str, Any]) -> None:
-    """Refuse keys that a class has no field for, and fields without a value.
+    """Refuse keys without a field, and fields without a value.
 
     Raises:
-        ConfigError: names the key.
+        ConfigError: the class has no field of this name, or a field needs a value.
     """
     known = {field.name: field for field in fields(kind) if field.init}
     for name in node:
@@ -60,8 +65,20 @@ def check_fields(key: str, kind: Any, node: Mapping[str, Any]) -> None:
             raise ConfigError.at(f"{key}.{name}", "???", f"needs a value; {kind.__name__} has no default for it")
 
 
+def _reason(target: str, error: Exception) -> str:
+    """Return why a target cannot be imported."""
+    if isinstance(error, ModuleNotFoundError):
+        return _not_found(target, error)
+    if isinstance(error, AttributeError):
+        return _no_such_name(target, error)
+    if isinstance(error, SyntaxError):
+        return f"{error.filename}:{error.lineno}: {error.msg}"
+    place = extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
+
+
 def _not_found(target: str, error: ModuleNotFoundError) -> str:
-    """Where a module was looked for, or which other one it is that a module of the user's own lacks."""
+    """Explain which module is missing: the target's, with the places searched, or one that it imports."""
     module = target.partition(":")[0].partition(".")[0]
     if error.name != module:
         place = extract_tb(error.__traceback__)[-1]
@@ -76,7 +93,7 @@ def _not_found(target: str, error: ModuleNotFoundError) -> str:
 
 
 def _no_such_name(target: str, error: AttributeError) -> str:
-    """What a module has instead; it may be another one than was meant."""
+    """Explain which classes a module has instead, and its file: it may not be the intended module."""
     modules = [name for name in sys.modules if target.startswith(f"{name}.")]
     module = sys.modules.get(max(modules, key=len, default=""))
     if module is None or error.obj is not module:

@@ -1,7 +1,7 @@
-"""A config folder of the user's own: where it is, what it shadows, and that modules beside it can be imported.
+"""The user's config folder: find it, list what it shadows, and make modules beside it importable.
 
-It is named by `--config-dir` or by the environment variable, which is where it is kept: processes that are started by
-this one, such as the workers of a cluster, find it there.
+The folder is set by `--config-dir` or by an environment variable. It is kept in that variable, so that processes
+started by this one, such as the workers of a cluster, use the same folder.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from pathlib import Path
 from rl_design_space._paths import CONF
 from rl_design_space.errors import ConfigError
 
-#: Names the folder; the flag does, too, and goes before it.
+#: Environment variable that names the folder; the flag takes precedence.
 VARIABLE = "RL_DESIGN_SPACE_CONFIG"
 FLAG = "--config-dir"
-#: The flag as Hydra understands it, abbreviations included.
+#: The flag with the abbreviations that Hydra accepts.
 _FLAG = re.compile(r"(--config-d(?:ir?)?|-cd)(?:=(.*))?", re.DOTALL)
 
 
 def take_flag(arguments: Sequence[str]) -> tuple[str | None, list[str]]:
-    """The folder that a command line names, and the rest of it.
+    """Return the folder that the arguments name, if any, and the other arguments.
 
     Raises:
-        ConfigError: the flag stands last, without a folder.
+        ConfigError: the flag comes last, without a folder.
     """
     folder, rest, left = None, [], iter(arguments)
     for argument in left:
@@ -42,10 +42,10 @@ def take_flag(arguments: Sequence[str]) -> tuple[str | None, list[str]]:
 
 
 def use(folder: str | Path | None = None) -> None:
-    """Look for options and studies in a folder before the shipped ones, and for modules beside it.
+    """Use a folder: its options and studies precede the shipped ones, and modules beside it can be imported.
 
     Args:
-        folder: the folder; if None, the one that the environment names, if any.
+        folder: the folder; if None, that of the environment variable, if any.
 
     Raises:
         ConfigError: there is no such folder.
@@ -54,14 +54,14 @@ def use(folder: str | Path | None = None) -> None:
     path = _absolute(folder) if folder is not None else user_folder()
     if path is not None:
         if not path.is_dir():
-            raise ConfigError(f"{named}: there is no such folder; mkdir makes one")
+            raise ConfigError(f"{named}: there is no such folder; create it with mkdir")
         os.environ[VARIABLE] = str(path)
     make_importable(module_folders())
 
 
 @contextmanager
 def used(folder: str | Path | None) -> Iterator[None]:
-    """The same for a while, if there is a folder; modules beside it can be imported from then on."""
+    """Use a folder inside the context, if there is one; modules beside it stay importable afterwards."""
     if folder is None and user_folder() is None:
         yield
         return
@@ -76,46 +76,46 @@ def used(folder: str | Path | None) -> Iterator[None]:
 
 
 def user_folder() -> Path | None:
-    """The folder in use, if any."""
+    """Return the folder in use, if any."""
     named = os.environ.get(VARIABLE)
     return _absolute(named) if named else None
 
 
 def _absolute(folder: str | Path) -> Path:
-    """Without `..`, and with the links that the user sees: other machines may mount what lies behind them elsewhere."""
+    """Return an absolute path without `..`; links are kept, because other machines may resolve them differently."""
     return Path(os.path.abspath(Path(folder).expanduser()))  # noqa: PTH100
 
 
 def module_folders() -> list[str]:
-    """Where modules of the user's own are looked for: the current folder, and the one that holds the config folder."""
+    """Return the folders searched for user modules: the current folder, and the parent of the config folder."""
     folder = user_folder()
     return list(dict.fromkeys([str(Path.cwd()), *([str(folder.parent)] if folder else [])]))
 
 
 def make_importable(folders: Sequence[str]) -> None:
-    """Let modules in these folders be imported; those that are installed go first, so that nothing shadows them."""
+    """Make modules in these folders importable, after all installed modules, so that none of them is shadowed."""
     sys.path += [folder for folder in folders if folder not in sys.path]
 
 
 def unused(group: str, option: str) -> Path | None:
-    """A folder in the current one that has this option, and was not named; None if there is none."""
+    """Return a subfolder of the current folder that has this option and is not in use, or None."""
     folders = sorted(path for path in Path.cwd().iterdir() if path.is_dir() and path != user_folder())
     return next((folder for folder in folders if (folder / group / f"{option}.yaml").is_file()), None)
 
 
 def flags() -> list[str]:
-    """What a command needs so that it finds the folder in use."""
+    """Return the arguments that make a command use the same folder."""
     folder = user_folder()
     return [] if folder is None else [FLAG, shown(folder)]
 
 
 def shown(path: Path) -> str:
-    """A path as one would type it: relative if it lies below the current folder."""
+    """Return a path for messages: relative if it lies below the current folder."""
     return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
 
 
 def shadowing() -> list[Path]:
-    """The user's files that are taken in place of shipped ones of the same name."""
+    """Return the user's files that replace shipped files of the same name."""
     folder = user_folder()
     if folder is None or folder.samefile(CONF):
         return []
@@ -123,6 +123,6 @@ def shadowing() -> list[Path]:
 
 
 def tell_of_shadowing() -> None:
-    """Say on stderr which of the user's files are taken in place of shipped ones."""
+    """Print the user's files that replace shipped ones to stderr."""
     for path in shadowing():
         print(f"{shown(path)} is used in place of the shipped file of that name", file=sys.stderr)

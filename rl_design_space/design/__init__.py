@@ -1,46 +1,24 @@
-"""The design choices. Each option is a frozen, validated value that yields plain data for the learner."""
+"""The design choices, one module each. Every option is a frozen, validated value that yields data for the learner.
 
-from rl_design_space.design.exploration import Constant, Exploration, Exponential, Linear, Sigmoidal
-from rl_design_space.design.learner import QLearning
-from rl_design_space.design.msa import MultiStepActions
-from rl_design_space.design.point import DesignPoint
-from rl_design_space.design.representation import (
-    AdHoc,
-    Direct,
-    Direction,
-    Distance,
-    Representation,
-    SizedRepresentation,
-    encode,
-)
-from rl_design_space.design.reward import GoalReward, Reward
-from rl_design_space.design.task import Task
-from rl_design_space.design.world import MOVES, ObstructedWorld, Torus, Walled, World, cell_count, open_cells
+A new option is a dataclass in the module of its choice and a YAML file in `conf/`. Nothing has to be listed here: this
+package offers every public class and function that the modules below define.
+"""
 
-__all__ = [
-    "MOVES",
-    "AdHoc",
-    "Constant",
-    "DesignPoint",
-    "Direct",
-    "Direction",
-    "Distance",
-    "Exploration",
-    "Exponential",
-    "GoalReward",
-    "Linear",
-    "MultiStepActions",
-    "ObstructedWorld",
-    "QLearning",
-    "Representation",
-    "Reward",
-    "Sigmoidal",
-    "SizedRepresentation",
-    "Task",
-    "Torus",
-    "Walled",
-    "World",
-    "cell_count",
-    "encode",
-    "open_cells",
-]
+# ruff: noqa: F403, F405
+from typing import TYPE_CHECKING
+
+from rl_design_space.design.exploration import *
+from rl_design_space.design.learner import *
+from rl_design_space.design.msa import *
+from rl_design_space.design.point import *
+from rl_design_space.design.representation import *
+from rl_design_space.design.reward import *
+from rl_design_space.design.task import *
+from rl_design_space.design.world import *
+
+if not TYPE_CHECKING:  # type checkers follow the star imports, and take a computed list for an empty one
+    #: What the modules define, without what they import. A constant does not know its module.
+    __all__ = ["MOVES"]
+    __all__ += sorted(
+        name for name, value in globals().items() if str(getattr(value, "__module__", "")).startswith(f"{__name__}.")
+    )

@@ -1,4 +1,4 @@
-"""Exploration schedules: the probability ε of an exploratory action in every trial (paper, section 3.2)."""
+"""Exploration schedules: the probability ε of an exploratory action, by trial (paper, section 3.2)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 
-Probability = Annotated[float, Field(ge=0, le=1)]
+_Probability = Annotated[float, Field(ge=0, le=1)]
 
 
 @runtime_checkable
@@ -19,7 +19,7 @@ class Exploration(Protocol):
     """A schedule of ε over the trials of a period."""
 
     def schedule(self, trials: int) -> FloatArray:
-        """(trials,) float64, the probability ε of an exploratory action, one a trial."""
+        """Return the probability ε of an exploratory action in every trial, (trials,) float64."""
         ...
 
 
@@ -31,7 +31,7 @@ class Constant:
         epsilon: probability of an exploratory action.
     """
 
-    epsilon: Probability = 0.1
+    epsilon: _Probability = 0.1
 
     def schedule(self, trials: int) -> FloatArray:
         return np.full(trials, self.epsilon)
@@ -39,10 +39,10 @@ class Constant:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class _Decay:
-    """What decaying schedules share.
+    """Base of the decaying schedules.
 
     Attributes:
-        first_trial: τ of the first trial; the paper's runs from 0, counting from 1 is the other reading.
+        first_trial: τ of the first trial. The paper counts from 0; 1 is the other reading.
     """
 
     first_trial: Annotated[int, Field(ge=0)] = 0
@@ -57,10 +57,10 @@ class Linear(_Decay):
 
     Attributes:
         start: ε at τ = 0.
-        k: decrease of ε a trial; the paper tries 0.01 to 0.1.
+        k: decrease of ε per trial; the paper tries 0.01 to 0.1.
     """
 
-    start: Probability = 0.9
+    start: _Probability = 0.9
     k: Annotated[float, Field(ge=0)] = 0.03
 
     def schedule(self, trials: int) -> FloatArray:
@@ -74,10 +74,10 @@ class Exponential(_Decay):
 
     Attributes:
         start: ε at τ = 0.
-        l: factor by which ε falls a trial; the paper tries 1 to 10. With l below 1, ε grows until it is 1.
+        l: factor by which ε falls per trial; the paper tries 1 to 10. With l below 1, ε grows to 1.
     """
 
-    start: Probability = 0.9
+    start: _Probability = 0.9
     l: Annotated[float, Field(gt=0)] = 2.0  # noqa: E741 (the paper's name)
 
     def schedule(self, trials: int) -> FloatArray:
@@ -89,7 +89,7 @@ class Exponential(_Decay):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Sigmoidal(_Decay):
-    """ε = 1 / (1 + e^(-(q - τ)/p)): one half at trial q, falling over about p trials to either side.
+    """ε = 1 / (1 + e^(-(q - τ)/p)): one half at trial q, falling over about p trials on either side.
 
     Attributes:
         p: trials over which ε falls.

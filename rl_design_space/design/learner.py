@@ -12,18 +12,18 @@ from rl_design_space._strict import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class QLearning:
-    """Q(s,a) ← Q(s,a) + α·(r + γ·max Q(s',·) - Q(s,a)), and the readings of what the paper leaves open.
+    """Q(s,a) ← Q(s,a) + α·(r + γ·max Q(s',·) - Q(s,a)), with the readings of what the paper leaves open.
 
     Attributes:
         alpha: learning rate α.
         gamma: discount factor γ.
-        initial_q: every Q-value at the start of a period.
-        explore: an exploratory action is any action but the greedy one (`non_greedy`, which fits Table 4), or
-            any action (`all`, as the text says).
-        ties: among equal maxima the greedy action is drawn at `random`, or is the `first`.
-        out_of_order: a move onto a goal that is not due yields the ordinary `step_reward`, or `zero`.
-        update: the `standard` rule above, or the one `printed` in the paper, whose discount also covers the
-            old value: Q(s,a) ← Q(s,a) + α·(r + γ·(max Q(s',·) - Q(s,a))).
+        initial_q: initial Q-value of every observation and action in a period.
+        explore: actions that exploration draws from: all but the greedy one (`non_greedy`, which fits Table 4), or
+            `all`, as the text says.
+        ties: greedy action among equal maxima: drawn at `random`, or the `first`.
+        out_of_order: reward of a step onto a goal that is not due: the ordinary `step_reward`, or `zero`.
+        update: update rule: `standard`, or as `printed` in the paper, where the discount also covers the old value:
+            Q(s,a) ← Q(s,a) + α·(r + γ·(max Q(s',·) - Q(s,a))).
     """
 
     alpha: Annotated[float, Field(gt=0, le=1)] = 0.1

@@ -1,4 +1,4 @@
-"""Multi-step actions (MSAs): actions that repeat one primitive move (paper, section 3.3)."""
+"""Multi-step actions (MSAs): actions that repeat one primitive action (paper, section 3.3)."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from rl_design_space._strict import STRICT
 
 
 def _in_order(lengths: Any) -> Any:
-    """A list from YAML is as good as a tuple; a set has no order to keep."""
+    """Convert a list from YAML to a tuple; anything else, such as a set without an order, is left to pydantic."""
     return tuple(lengths) if isinstance(lengths, list) else lengths
 
 
 def _distinct(lengths: tuple[int, ...]) -> tuple[int, ...]:
     if len(set(lengths)) != len(lengths):
-        raise ValueError("every length may stand in the list once")
+        raise ValueError("every length should be listed once")
     return lengths
 
 
 _Length = Annotated[int, Field(ge=2, le=1_000_000)]
-Lengths = Annotated[
+_Lengths = Annotated[
     tuple[_Length, ...],
     BeforeValidator(_in_order, json_schema_input_type=list[_Length]),
     AfterValidator(_distinct),
@@ -33,29 +33,28 @@ Lengths = Annotated[
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class MultiStepActions:
-    """Sets of actions beside the 4 primitive moves, each of which repeats one move.
+    """Sets of actions beside the 4 primitive actions, each of which repeats one primitive action.
 
-    An MSA of length p that is executed for k ≤ p moves, because the final goal or the step cap ends it, is
-    updated once, with its return and the bootstrap of γ^k. What else it means is open in the paper, hence the
-    fields beside `lengths`.
+    An MSA of length p that makes k ≤ p steps, because the final goal or the step cap ends it, is updated once, with
+    its return and the bootstrap of γ^k. The fields beside `lengths` are readings of what the paper leaves open.
 
     Attributes:
-        lengths: one set of actions each: set i repeats each move `lengths[i]` times.
-        propagation: the shorter actions that learn from the cells passed, after the MSA itself. `primitives`:
-            one-step updates of the primitive move at every cell, in the order of time; `all_shorter`: the same for
-            every shorter length of the set, the primitive moves first; `none`.
+        lengths: length of each set in steps: set i repeats each primitive action `lengths[i]` times.
+        propagation: shorter actions that are updated at the cells passed, after the MSA itself. `primitives`:
+            one-step updates of the primitive action at every cell, in the order of time; `all_shorter`: also
+            updates of every shorter length, the primitive actions first; `none`.
         reward: the return of the MSA. `realised`: Σ γ^j r_j over the k rewards received, j = 0 … k - 1; `printed`:
-            Σ γ^j r over j = 0 … k with the first move's reward throughout, as in the paper's formula. Shorter
-            actions that learn by propagation get the rewards received all the same.
-        sub_goal: what a due sub-goal met on the way does. `continue` goes on with the MSA (counter and reward change
-            at that move), `stop` ends the MSA there.
+            Σ γ^j r over j = 0 … k with the reward of the first step throughout, as in the paper's formula. Shorter
+            actions that are updated by propagation use the rewards received in either case.
+        sub_goal: effect of a due sub-goal on the way: `continue` the MSA (counter and reward change at that step), or
+            `stop` it there.
     """
 
-    lengths: Lengths = ()
+    lengths: _Lengths = ()
     propagation: Literal["primitives", "all_shorter", "none"] = "primitives"
     reward: Literal["realised", "printed"] = "realised"
     sub_goal: Literal["continue", "stop"] = "continue"
 
     def action_lengths(self) -> NDArray[np.int32]:
-        """(1 + m,) int32, moves of every action length; the first is 1, the primitive moves."""
+        """Return the lengths of all actions in steps, (1 + m,) int32; the first is 1, that of primitive actions."""
         return np.array((1, *self.lengths), dtype=np.int32)

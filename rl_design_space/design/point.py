@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-#: Places in a Q-matrix are numbered by uint32.
+#: Values of a Q-matrix are numbered by uint32.
 _MOST_VALUES = 2**32 - 1
 
 
@@ -41,19 +41,19 @@ class DesignPoint:
 
         DesignPoint(representation=Direction(), exploration=Linear(k=0.02), task=Task(goals=2))
 
-    `dataclasses.replace` makes a point that differs in some choices.
+    `dataclasses.replace` returns a point that differs in some choices.
 
-    Points are values: equal points are interchangeable and give the same learning curves, to the bit.
+    Points are values: equal points give the same learning curves, bit for bit.
 
     Attributes:
-        seed: everything random follows from it; points of equal size and seed meet the same starts and goals.
-        task: how many goals are to be reached, and how often that is tried.
+        seed: source of all randomness; points of equal size and seed have the same starts and goals.
+        task: how many goals to reach, and how often to try.
         world: where the agent moves.
-        representation: what the agent observes of itself, the goals and its progress.
-        exploration: how likely an exploratory action is, trial by trial.
-        msa: multi-step actions that the agent has beside the primitive moves.
-        reward: what moves and goals pay.
-        learner: how the agent learns from what it meets.
+        representation: what the agent observes of its position, the goals and its progress.
+        exploration: probability of an exploratory action, by trial.
+        msa: multi-step actions beside the primitive actions.
+        reward: rewards of steps and goals.
+        learner: learning rule and its parameters.
 
     Raises:
         pydantic.ValidationError: a choice is of the wrong kind, or the goals do not fit the world.
@@ -88,5 +88,5 @@ class DesignPoint:
 
         @classmethod
         def from_overrides(cls, overrides: Sequence[str] = (), config_dir: str | Path | None = None) -> DesignPoint:
-            """Put on at the top of the package, which composes: `rl_design_space.DesignPoint.from_overrides`."""
+            """Compose a point from overrides; added by `rl_design_space`, because this module composes nothing."""
             ...

@@ -1,7 +1,7 @@
 """State representations: what the agent observes of agent, goals and success counter (paper, section 3.1).
 
-The success counter s says how many goals have been reached in order, so goal s is the due one. The state
-after the final goal is terminal and has no observation.
+The success counter s is the number of goals reached in order, so goal s is due. The state after the final goal is
+terminal and has no observation.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from rl_design_space.design.world import World, cell_count
 
 _LARGEST_CODE = int(np.iinfo(np.int64).max)
 
-#: Which goals an observation speaks of: all of them (Table 2 counts them all), or only those not yet reached.
-ObservedGoals = Literal["all", "remaining"]
+#: Goals that an observation covers: all of them (Table 2 counts them all), or those not yet reached.
+_ObservedGoals = Literal["all", "remaining"]
 
 
 @runtime_checkable
 class Representation(Protocol):
-    """Maps every (success counter, cell) to an observation code. Equal codes look alike to the agent."""
+    """Map from success counter and cell to an observation code. The agent cannot tell states of equal code apart."""
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
-        """Observation codes of one or many layouts.
+        """Return the observation codes of one or many layouts.
 
         Args:
             world: where the agent moves.
             goals: (..., n_goals) cell numbers, in the order in which they are due.
 
         Returns:
-            (..., n_goals, cells) int64, indexed by success counter and cell. A code means the same in every
-            layout; that is what carries a Q-matrix from one layout or world to another.
+            (..., n_goals, cells) int64, indexed by success counter and cell. A code has the same meaning in every
+            layout, so a Q-matrix can be transferred from one layout or world to another.
         """
         ...
 
@@ -46,21 +46,21 @@ class SizedRepresentation(Representation, Protocol):
     """A representation whose state space the paper counts in Table 2."""
 
     def published_size(self, world: World, n_goals: int) -> int:
-        """Number of states by the formula of Table 2."""
+        """Return the number of states by the formula of Table 2."""
         ...
 
     def spanned_size(self, world: World, n_goals: int) -> int:
-        """Number of codes that `observation` can return; the largest code is one less."""
+        """Return the number of codes that `observation` can return; the largest code is one less."""
         ...
 
 
-def encode(digits: IntArray, base: int, goals: ObservedGoals = "all") -> NDArray[np.int64]:
-    """Write one digit a goal, and the success counter, as a single code.
+def encode(digits: IntArray, base: int, goals: _ObservedGoals = "all") -> NDArray[np.int64]:
+    """Encode one digit per goal, and the success counter, as a single number.
 
     Args:
         digits: (..., n_goals, cells), each in 0 … base - 1.
         base: number of values of a digit.
-        goals: with "remaining", the digits of goals already reached count as 0.
+        goals: with "remaining", the digits of goals already reached are 0.
 
     Returns:
         (..., n_goals, cells) int64: s · base^n + sum over goals i of digit_i · base^i.
@@ -71,23 +71,23 @@ def encode(digits: IntArray, base: int, goals: ObservedGoals = "all") -> NDArray
     n_goals = digits.shape[-2]
     if base**n_goals * n_goals > _LARGEST_CODE:
         raise ValueError(
-            f"task.goals={n_goals}: {base} values a goal make more codes than fit 64 bits; use fewer goals"
+            f"task.goals={n_goals}: {base} values per goal need codes of more than 64 bits; use fewer goals"
         )
     places = base ** np.arange(n_goals, dtype=np.int64)[:, np.newaxis]
     terms = digits * places
     if goals == "remaining":
         # Summed from the last goal on: the sum from goal s on is that of the goals which remain at counter s.
-        spoken_of = np.cumsum(terms[..., ::-1, :], axis=-2)[..., ::-1, :]
+        observed = np.cumsum(terms[..., ::-1, :], axis=-2)[..., ::-1, :]
     else:
-        spoken_of = terms.sum(axis=-2, keepdims=True)
+        observed = terms.sum(axis=-2, keepdims=True)
     counter = base**n_goals * np.arange(n_goals, dtype=np.int64)[:, np.newaxis]
-    codes: NDArray[np.int64] = counter + spoken_of
+    codes: NDArray[np.int64] = counter + observed
     return codes
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class AdHoc:
-    """The agent's own cell and the success counter; goals are implicit. Size dx·dy·n."""
+    """The agent's cell and the success counter; goals are implicit. Size dx·dy·n."""
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         n_goals, cells = goals.shape[-1], cell_count(world)
@@ -109,10 +109,10 @@ class Distance:
     (⌊dx/2⌋ + ⌊dy/2⌋)^n · n, counts one less.
 
     Attributes:
-        goals: whose distances are observed: `all` goals', or only those `remaining`.
+        goals: goals whose distances are observed: `all`, or only those `remaining`.
     """
 
-    goals: ObservedGoals = "all"
+    goals: _ObservedGoals = "all"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         x, y = world.offset(goals)
@@ -130,7 +130,7 @@ class Distance:
         return sum(world.reach) + 1
 
 
-#: Digits of directions; a byte each, because a simulation makes millions of them.
+#: Digits of directions, one byte each, because a simulation creates millions of them.
 _HERE, _RIGHT, _LEFT, _ABOVE, _BELOW = (np.int8(digit) for digit in range(5))
 
 
@@ -142,13 +142,13 @@ class Direction:
     both "right".
 
     Attributes:
-        rule: which of two directions is observed. `dominant_axis`: along the axis with the larger offset, horizontal
-            when both are equal; `horizontal_first`: horizontal until the column is right, then vertical.
-        goals: whose directions are observed: `all` goals', or only those `remaining`.
+        rule: which of two directions is observed: along the `dominant_axis`, the one with the larger offset, horizontal
+            when both are equal; or `horizontal_first`, horizontal until the column is right, then vertical.
+        goals: goals whose directions are observed: `all`, or only those `remaining`.
     """
 
     rule: Literal["dominant_axis", "horizontal_first"] = "dominant_axis"
-    goals: ObservedGoals = "all"
+    goals: _ObservedGoals = "all"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         x, y = world.offset(goals)
@@ -170,10 +170,10 @@ class Direct:
     """The full Markov state: the agent's cell, all goal positions and the success counter.
 
     The caption of Table 2 counts (dx·dy)^n · n states; with the agent's own cell it is (dx·dy)^(n+1) · n.
-    Within a period the goals stay, so `direct` then learns exactly as `ad_hoc` does.
+    Goals do not change within a period, so there `direct` learns exactly as `ad_hoc` does.
 
-    Where so many codes do not fit 64 bits, a digest of the goal positions stands for them: codes of one layout
-    stay distinct, and two layouts share codes only if their digests collide.
+    Where the codes do not fit 64 bits, a digest replaces the goal positions: codes of one layout stay distinct, and two
+    layouts share codes only if their digests collide.
     """
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
@@ -195,6 +195,6 @@ class Direct:
 
 
 def _digest(goals: IntArray, values: int) -> int:
-    """A number in 0 … values - 1 that stands for a list of goals, the same in every process."""
+    """Return a number in 0 … values - 1 for a list of goals, the same in every process."""
     digest = hashlib.blake2b(goals.astype("<i8").tobytes(), digest_size=8).digest()
     return int.from_bytes(digest, "little") % values

@@ -13,24 +13,24 @@ from rl_design_space._strict import STRICT
 
 @runtime_checkable
 class Reward(Protocol):
-    """Rewards of the three kinds of moves."""
+    """Rewards of the three kinds of steps."""
 
     def table(self) -> FloatArray:
-        """(3,) float64: reward of a move, of a move onto a due sub-goal, of a move onto the due final goal."""
+        """Return the rewards of a step, of reaching the due sub-goal, and of reaching the final goal, (3,) float64."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class GoalReward:
-    """One number for an ordinary move, one for a due sub-goal, one for the due final goal.
+    """One reward for an ordinary step, one for the due sub-goal, one for the due final goal.
 
     The paper's three functions are *many rewards* (-0.1, 1, 10), *each success* (0, 1, 10) and *end reward*
-    (0, 0, 10). What a goal that is not due yields is a reading of the learner, `learner.out_of_order`.
+    (0, 0, 10). The reward of a goal that is not due is `learner.out_of_order`.
 
     Attributes:
-        step: reward of an ordinary move.
-        sub_goal: reward of a move onto the due sub-goal.
-        final_goal: reward of a move onto the due final goal.
+        step: reward of an ordinary step.
+        sub_goal: reward of a step onto the due sub-goal.
+        final_goal: reward of a step onto the due final goal.
     """
 
     step: float = -0.1

@@ -1,4 +1,4 @@
-"""The task: how many goals, and how long the agent may practise (paper, sections 2 and 3)."""
+"""The task: number of goals, and length of training (paper, sections 2 and 3)."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _Count = Annotated[int, Field(ge=1)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Task:
-    """Reach a number of goals in their order, again and again.
+    """A number of goals to reach in order, in many trials.
 
-    A trial ends at the final goal, or fails. All trials of a period share start, goals and Q-matrix; every period
-    draws and learns anew.
+    A trial ends at the final goal, or fails at the step cap. All trials of a period share start, goals and Q-matrix;
+    every period draws a new start and goals and begins with a new Q-matrix.
 
     Attributes:
-        goals: n, to be reached in their order.
-        trials: τ, attempts of a period.
-        periods: repetitions that make a design point, the unit of all statistics.
-        max_steps: primitive moves after which a trial has failed.
+        goals: number of goals n, to be reached in order.
+        trials: number of attempts in a period, numbered by τ.
+        periods: number of repetitions of a design point, the unit of all statistics.
+        max_steps: step cap: number of steps after which a trial fails.
     """
 
     goals: _Count = 3

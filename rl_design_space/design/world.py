@@ -1,4 +1,4 @@
-"""Worlds: grids on which an agent moves one cell right, left, up or down (paper, section 2)."""
+"""Worlds: grids on which one step leads to the cell on the right, on the left, above or below (paper, section 2)."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT
 
-#: The primitive moves as (x, y) steps, in the order of every table: right, left, above, below.
+#: Primitive actions as (x, y), in the order of every table: right, left, above, below.
 #: As in a picture, x grows to the right and y grows downwards.
 MOVES = ((1, 0), (-1, 0), (0, -1), (0, 1))
 
 
 @runtime_checkable
 class World(Protocol):
-    """A finite set of cells, numbered row by row, and what the four moves do in each of them."""
+    """A finite set of cells, numbered row by row, and the effect of the four primitive actions in each of them."""
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Cells along x and along y."""
+        """Number of cells along x and along y."""
         ...
 
     def next_cell(self) -> NDArray[np.int32]:
-        """Transition table: (4, cells) int32, the cell that each of `MOVES` leads to."""
+        """Return the transition table, (4, cells) int32: the cell that each of `MOVES` leads to."""
         ...
 
     def offset(self, goals: IntArray) -> tuple[IntArray, IntArray]:
-        """Signed way from every cell to each goal, in cells along x and y.
+        """Return the signed offset from every cell to each goal, in cells along x and y.
 
         Args:
             goals: (..., n_goals) cell numbers.
@@ -50,26 +50,26 @@ class World(Protocol):
 
 @runtime_checkable
 class ObstructedWorld(World, Protocol):
-    """A world in which starts and goals do not lie on every cell: the others are obstacles, or out of reach."""
+    """A world with cells where no start or goal can lie: obstacles, or cells that cannot be reached."""
 
     def open_cells(self) -> NDArray[np.int32]:
-        """(k,) int32, ascending, the cells where starts and goals lie; each can be reached from every other."""
+        """Return the cells where starts and goals may lie, (k,) int32, ascending, each reachable from every other."""
         ...
 
 
 def cell_count(world: World) -> int:
-    """Number of cells of a world."""
+    """Return the number of cells of a world."""
     width, height = world.shape
     return width * height
 
 
 def open_cells(world: World) -> NDArray[np.int32]:
-    """(k,) int32, the cells of a world where starts and goals lie: all of them, unless it is obstructed."""
+    """Return the cells where starts and goals may lie, (k,) int32: all cells, unless the world is obstructed."""
     return world.open_cells() if isinstance(world, ObstructedWorld) else np.arange(cell_count(world), dtype=np.int32)
 
 
 def _canonical_size(size: Any) -> int | tuple[int, int]:
-    """One number for a square, so that `[10, 10]` and `10` are the same value."""
+    """Convert the sides of a square to one number, so that `[10, 10]` and `10` are the same value."""
     sides = tuple(size) if isinstance(size, (list, tuple)) else (size, size)
     if len(sides) != 2 or not all(type(side) is int and side >= 2 for side in sides):
         raise ValueError("a size is a whole number of at least 2, or two of them, [dx, dy]")
@@ -77,7 +77,7 @@ def _canonical_size(size: Any) -> int | tuple[int, int]:
 
 
 _Side = Annotated[int, Field(ge=2)]
-Size = Annotated[
+_Size = Annotated[
     int | tuple[int, int],
     BeforeValidator(_canonical_size, json_schema_input_type=_Side | tuple[_Side, _Side]),
 ]
@@ -85,13 +85,13 @@ Size = Annotated[
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class _Grid(ABC):
-    """A full rectangle of cells; subclasses say what its border does.
+    """A rectangle of cells; subclasses define the border.
 
     Attributes:
         size: d for d×d cells, or [dx, dy].
     """
 
-    size: Size = 10
+    size: _Size = 10
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -106,28 +106,28 @@ class _Grid(ABC):
     def offset(self, goals: IntArray) -> tuple[IntArray, IntArray]:
         width, height = self.shape
         goal_y, goal_x = np.divmod(np.asarray(goals)[..., np.newaxis], width)
-        # Each way is worked out once for a row or column of cells, and then spread over the grid.
-        way_x = self._way(goal_x - np.arange(width), width)[..., np.newaxis, :]
-        way_y = self._way(goal_y - np.arange(height), height)[..., :, np.newaxis]
-        grid = np.broadcast_shapes(way_x.shape, way_y.shape)
+        # Offsets are computed once per row or column of cells, and then broadcast over the grid.
+        offset_x = self._signed(goal_x - np.arange(width), width)[..., np.newaxis, :]
+        offset_y = self._signed(goal_y - np.arange(height), height)[..., :, np.newaxis]
+        grid = np.broadcast_shapes(offset_x.shape, offset_y.shape)
         flat = (*grid[:-2], width * height)
-        return np.broadcast_to(way_x, grid).reshape(flat), np.broadcast_to(way_y, grid).reshape(flat)
+        return np.broadcast_to(offset_x, grid).reshape(flat), np.broadcast_to(offset_y, grid).reshape(flat)
 
     @abstractmethod
     def _inside(self, x: IntArray, y: IntArray) -> tuple[IntArray, IntArray]:
-        """Where a move that would end on (x, y) ends."""
+        """Return the cell that a step to (x, y) leads to, where (x, y) may lie beyond the border."""
 
     @abstractmethod
-    def _way(self, difference: IntArray, side: int) -> IntArray:
-        """The signed way that a difference of coordinates along one axis stands for."""
+    def _signed(self, difference: IntArray, side: int) -> IntArray:
+        """Convert a difference of coordinates along one axis to a signed offset."""
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Torus(_Grid):
-    """Grid with periodic boundary: who leaves on one side comes in on the other (paper, section 3).
+    """Grid with periodic boundary: a step over one border leads to the opposite side (paper, section 3).
 
-    On an axis of even length a goal exactly half-way round lies equally far both ways; its offset is
-    then positive (right, below).
+    On an axis of even length a goal exactly half-way round is equally far in both directions; its offset is then
+    positive (right, below).
     """
 
     @property
@@ -139,14 +139,14 @@ class Torus(_Grid):
         width, height = self.shape
         return x % width, y % height
 
-    def _way(self, difference: IntArray, side: int) -> IntArray:
+    def _signed(self, difference: IntArray, side: int) -> IntArray:
         most_negative = (side - 1) // 2
         return (difference + most_negative) % side - most_negative
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Walled(_Grid):
-    """Grid with walls around it: a move against the wall leaves the agent where it is."""
+    """Grid with walls around it: a step against a wall leaves the agent where it is."""
 
     @property
     def reach(self) -> tuple[int, int]:
@@ -157,5 +157,5 @@ class Walled(_Grid):
         width, height = self.shape
         return np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
 
-    def _way(self, difference: IntArray, side: int) -> IntArray:
+    def _signed(self, difference: IntArray, side: int) -> IntArray:
         return difference

@@ -1,6 +1,6 @@
-"""What stands for the code of a component in the identity of a point: its source, or the version that it declares.
+"""What stands for the code of a component in the identity of a point: its source, or a version that it declares.
 
-Components of this package are known by their name, and what they do by `KERNEL_VERSION`.
+Components of this package are identified by their name, and `KERNEL_VERSION` stands for their code.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import hashlib
 import sys
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from functools import cache
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
@@ -17,62 +18,83 @@ from rl_design_space.design.identity import full_name, is_shipped
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.source_files import code, modules_beside
 
-#: Attribute of a class that is declared to stand in place of its source.
+#: Class attribute that declares a version, which then stands for the source.
 VERSION = "__version__"
-#: Digits of a digest that people see.
-_SHOWN = 12
-
-#: Digests by the module's name; the spec tells whether the module is still the one that was digested.
-_known: dict[str, tuple[ModuleSpec | None, str]] = {}
+#: Digits of a digest that `source_parameters` keeps.
+_SHOWN_DIGITS = 12
 
 
-def source_of(kind: type) -> str:
-    """What the code of a class is recognised by: `version 2` if it declares one, else `sha256:…` over its source.
+def code_identity(kind: type) -> str:
+    """Return the identity of a class's code: `version 2` if it declares a version, else `sha256:…` over its source.
 
-    The source is that of the class's module and of those beside it that it imports, see `modules_beside`; without
-    comments and blank lines.
+    The source is that of the class's module and of the modules that it imports from the same folder, see
+    `modules_beside`, without comments and blank lines.
 
     Raises:
-        ConfigError: there is no source to be read, and no version.
+        ConfigError: the class has no readable source and declares no version, or the version is not allowed.
     """
     version = vars(kind).get(VERSION)
     if version is None:
-        return f"sha256:{_digest_of(kind)}"
+        return f"sha256:{_source_digest(kind)}"
     if isinstance(version, (str, int)) and not isinstance(version, bool):
         return f"version {version}"
-    raise ConfigError(f"{full_name(kind)}.{VERSION}={version!r}: should be a text or a whole number")
+    raise ConfigError(f"{full_name(kind)}.{VERSION}={version!r}: should be a string or a whole number")
 
 
-def sources(component: Any, key: str) -> Iterator[tuple[str, str]]:
-    """Of a component of the user's own: `KEY.source`, and what its code is recognised by, short enough for people."""
+def source_parameters(component: Any, key: str) -> Iterator[tuple[str, str]]:
+    """Yield `KEY.source` and a shortened code identity for each user component in a component, itself included."""
     if not is_dataclass(component) or isinstance(component, type):
         return
     if not is_shipped(type(component)):
-        kind, colon, digest = source_of(type(component)).partition(":")
-        yield f"{key}.source", kind + colon + digest[:_SHOWN]
+        kind, colon, digest = code_identity(type(component)).partition(":")
+        yield f"{key}.source", kind + colon + digest[:_SHOWN_DIGITS]
     for field in fields(component):
-        yield from sources(getattr(component, field.name), f"{key}.{field.name}")
+        yield from source_parameters(getattr(component, field.name), f"{key}.{field.name}")
 
 
-def _digest_of(kind: type) -> str:
-    """Read once for each import of the module: what is running is what was there then."""
+def _source_digest(kind: type) -> str:
     module = sys.modules.get(kind.__module__)
-    spec, file = getattr(module, "__spec__", None), getattr(module, "__file__", None)
-    known = _known.get(kind.__module__)
-    if known is None or known[0] is not spec:
-        if file is None or not file.endswith(".py") or not Path(file).is_file():
-            raise ConfigError(
-                f'{full_name(kind)}: has no source file to recognise it by; declare {VERSION} = "1" in the class, '
-                "and another one whenever its results change"
-            )
-        known = _known[kind.__module__] = spec, _digest(kind.__module__, Path(file))
-    return known[1]
+    file = getattr(module, "__file__", None)
+    try:
+        return _digest(kind.__module__, _Import(getattr(module, "__spec__", None)), file)
+    except FileNotFoundError as error:
+        raise ConfigError(
+            f'{full_name(kind)}: has no source file to recognise it by; declare {VERSION} = "1" in the class, and '
+            "change it whenever its results change"
+        ) from error
 
 
-def _digest(name: str, file: Path) -> str:
-    """SHA-256 over the code of a module and of those that belong to it, each under its name."""
+class _Import:
+    """One import of a module, as a cache key: reloading a module gives it a new spec."""
+
+    def __init__(self, spec: ModuleSpec | None) -> None:
+        self._spec = spec
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Import) and self._spec is other._spec
+
+    def __hash__(self) -> int:
+        return id(self._spec)
+
+
+@cache
+def _digest(name: str, imported: _Import, file: str | None) -> str:
+    """Return SHA-256 over the code of a module and of the modules that belong to it, each under its name.
+
+    Files are read once per import of the module: later changes to them do not affect the code that is running.
+
+    Args:
+        name: of the module.
+        imported: the import that loaded it.
+        file: its source.
+
+    Raises:
+        FileNotFoundError: there is no source file.
+    """
+    if file is None or not file.endswith(".py") or not Path(file).is_file():
+        raise FileNotFoundError(file)
     total = hashlib.sha256()
-    for module, path in sorted(modules_beside(name, file).items()):
+    for module, path in sorted(modules_beside(name, Path(file)).items()):
         text = code(path).encode()
         total.update(f"{module} {len(text)}\n".encode() + text)
     return total.hexdigest()

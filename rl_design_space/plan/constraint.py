@@ -1,4 +1,4 @@
-"""Constraints: combinations of a study that mean nothing, by name."""
+"""Constraints: named rules that exclude meaningless combinations from a study."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from rl_design_space.config.assemble import Parts
 from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 
-#: What an expression may call.
+#: Functions that an expression may call.
 _FUNCTIONS = {function.__name__: function for function in (abs, all, any, len, max, min, range, round, set, sum)}
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Constraint:
-    """Combinations that a study leaves out.
+    """A rule that excludes combinations from a study.
 
     Attributes:
         drop: a Python expression over the values of a point, under the names that they have on the command line;
-            points for which it is true are left out. A choice is the name of its option, and its attributes are the
+            points for which it is true are dropped. A choice is the name of its option, and its attributes are the
             option's values: `representation == "direction" and max(msa.lengths, default=1) >= min(world.shape)`.
-        why: the reason, for people who read the plan.
+        why: the reason, which the plan shows.
     """
 
     drop: Annotated[str, Field(min_length=1)]
     why: Annotated[str, Field(min_length=1)]
 
     def drops(self, parts: Parts) -> bool:
-        """Whether the point that these parts make is left out.
+        """Return whether the point with these parts is dropped.
 
         Raises:
             ConfigError: the expression cannot be evaluated.
@@ -56,7 +56,7 @@ class Constraint:
 
 
 class _Option(str):
-    """The name of an option, with the option's values as attributes."""
+    """The name of an option, with the values of the option as attributes."""
 
     _component: Any
 
@@ -69,17 +69,17 @@ def _named(option: str | None, value: Any) -> Any:
         return value
     named = _Option(option)
     named._component = value
-    # Before the methods of a string, should a field be called like one.
+    # Instance attributes take precedence over the methods of str with the same name.
     if is_dataclass(value):
         named.__dict__.update({field.name: getattr(value, field.name) for field in fields(value)})
     return named
 
 
 def constraints_of(node: Any) -> Mapping[str, Constraint]:
-    """The constraints of a study's file, by name.
+    """Return the constraints in a study's file, by name.
 
     Raises:
-        ConfigError: they are not as they should be.
+        ConfigError: they are not a mapping of names to `drop` and `why`.
     """
     if node is None:
         return {}

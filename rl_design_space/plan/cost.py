@@ -1,4 +1,4 @@
-"""How much work a design point is likely to be."""
+"""Estimates of how long design points take to learn."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ from collections.abc import Iterable
 
 from rl_design_space.design import DesignPoint, cell_count
 
-#: Moves until a goal is found for the first times and the way to it is learned: first · cells^growth. Moves of a trial
-#: later on: over · the mean distance of two cells. Fitted to Table 4; other choices change it by a factor of two or so.
+#: Steps per goal until it is found and the way to it is learned: _FIRST · cells^_GROWTH. Steps per goal and trial after
+#: that: _OVER · the mean distance between two cells. Fitted to Table 4; other choices change it by a factor of about 2.
 _FIRST, _GROWTH, _OVER = 2.0, 1.47, 1.5
+#: Seconds per step (docs/performance.md), per point beside its steps, per record, and per start of the program.
+_STEP, _POINT, _RECORD, _START = 7e-9, 0.005, 0.1, 3.0
 
 
-def expected_moves(point: DesignPoint) -> float:
-    """Primitive moves that learning a point will roughly take, over all trials and periods.
+def expected_steps(point: DesignPoint) -> float:
+    """Return the approximate number of steps of a point, over all trials and periods.
 
-    Good enough to begin with the longest points and to foresee when a sweep ends; not for science.
+    It is accurate enough to start with the longest points and to estimate when a sweep ends.
     """
     task, cells = point.task, cell_count(point.world)
     distance = sum(point.world.shape) / 4
@@ -22,14 +24,15 @@ def expected_moves(point: DesignPoint) -> float:
     return task.periods * min(period, task.trials * task.max_steps)
 
 
-#: Seconds: of a move (docs/performance.md), of what a point is beside its moves, of its record, of a start.
-_MOVE, _POINT, _RECORD, _START = 7e-9, 0.005, 0.1, 3.0
-
-
 def expected_seconds(points: Iterable[DesignPoint], threads: int) -> float:
-    """Roughly how long learning and recording these points takes, with this many threads and one recorder."""
-    moves = [expected_moves(point) for point in points]
-    if not moves:
+    """Return approximately how long these points take to learn and record.
+
+    Args:
+        points: the points.
+        threads: number of threads that learn; one more thread records.
+    """
+    steps = [expected_steps(point) for point in points]
+    if not steps:
         return 0.0
-    learning, recording = sum(moves) * _MOVE + len(moves) * _POINT, len(moves) * _RECORD
-    return _START + max((learning + recording) / threads, recording, max(moves) * _MOVE / threads)
+    learning, recording = sum(steps) * _STEP + len(steps) * _POINT, len(steps) * _RECORD
+    return _START + max((learning + recording) / threads, recording, max(steps) * _STEP / threads)

@@ -1,4 +1,4 @@
-"""A design point as plain data, for records and for people."""
+"""A design point as plain data."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from rl_design_space.design import DesignPoint
 
 
 def parameters(point: DesignPoint) -> dict[str, Any]:
-    """Every value of a point by its dotted name, as on the command line."""
+    """Return every value of a point by its dotted name, as on the command line."""
     return dict(_flat("", point))
 
 
 def resolved_config(point: DesignPoint) -> dict[str, Any]:
-    """The point as a nested config, every `_target_` and every value written out."""
+    """Return the point as a nested config, with every `_target_` and every value."""
     return {field.name: _config(getattr(point, field.name)) for field in fields(point)}
 
 

@@ -1,4 +1,4 @@
-"""The identity of a design point: a digest of its scientific content."""
+"""The fingerprint of a design point: a digest of everything that determines its results."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from rl_design_space.design import DesignPoint
 from rl_design_space.design.identity import ABSENT_AS, is_shipped
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
-from rl_design_space.plan.code_identity import source_of
+from rl_design_space.plan.code_identity import code_identity
 
 
 def fingerprint(point: DesignPoint) -> str:
-    """SHA-256 over everything that determines a point's learning curves, as 64 hexadecimal digits.
+    """Return SHA-256 over everything that determines a point's learning curves, as 64 hexadecimal digits.
 
-    Option names, tracking, paths and thread counts do not count: `reward=many_rewards reward.step=0` is the
-    same point as `reward=each_success`. Nor do fields that were added later and have the value that stands for their
-    absence, see `design.identity.absent_as`. The code of components that are not of this package counts, see
-    `sweep.source.source_of`.
+    Option names, tracking, paths and thread counts do not contribute: `reward=many_rewards reward.step=0` is the same
+    point as `reward=each_success`. Neither do fields that were added to an option later, while they have the value that
+    stands for their absence, see `design.identity.absent_as`. The code of user components contributes, see
+    `plan.code_identity.code_identity`.
 
     Raises:
-        ConfigError: a field of an option is not a plain value, or an own component has no source.
+        ConfigError: a field of an option is not a plain value, or a user component has no source.
     """
     content = {"kernel": KERNEL_VERSION, "point": _content(point)}
     try:
         canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     except (TypeError, ValueError) as error:
-        raise ConfigError(f"a field of an option should be a plain value, or a list of such: {error}") from error
+        raise ConfigError(f"a field of an option should be a plain value, or a list of them: {error}") from error
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 
@@ -39,14 +39,14 @@ def _content(value: Any) -> Any:
         return {**_kind(type(value)), **dict(_fields(value))}
     if isinstance(value, (list, tuple)):
         return [_content(item) for item in value]
-    return value + 0.0 if isinstance(value, float) else value  # 0.0 and -0.0 are one number
+    return value + 0.0 if isinstance(value, float) else value  # 0.0 for -0.0
 
 
 def _kind(kind: type) -> dict[str, str]:
-    """What a class is recognised by; the keys are words of Python, so that no field can have their name."""
+    """Return the identity of a class; the keys are Python keywords, which no field can be named."""
     if is_shipped(kind):
         return {"is": kind.__qualname__}
-    return {"is": f"{kind.__module__}:{kind.__qualname__}", "from": source_of(kind)}
+    return {"is": f"{kind.__module__}:{kind.__qualname__}", "from": code_identity(kind)}
 
 
 def _fields(option: Any) -> Iterator[tuple[str, Any]]:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import product
 from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
 
+from rl_design_space._yaml import as_yaml
 from rl_design_space.config.explain import explain
 from rl_design_space.errors import ConfigError
 
 
 def expand(overrides: Sequence[str], parser: OverridesParser) -> Iterator[tuple[str, ...]]:
-    """All combinations of the values that sweep overrides list; the last override of a key counts.
+    """Yield all combinations of the values that sweep overrides list; the last override of a key wins.
 
     Raises:
         ConfigError: an override cannot be parsed or enumerated.
@@ -22,43 +25,55 @@ def expand(overrides: Sequence[str], parser: OverridesParser) -> Iterator[tuple[
 
 
 def axes(overrides: Sequence[str], parser: OverridesParser) -> dict[str, list[str]]:
-    """For each key, in order, one override for each value that it is to take.
+    """Return one override per value, by key, in the order of the keys.
 
     Raises:
-        ConfigError: as above.
+        ConfigError: an override cannot be parsed or enumerated, or matches nothing.
     """
-    try:
-        found: dict[str, list[str]] = {}
+    found: dict[str, list[str]] = {}
+    with _explained():
         for override in parser.parse_overrides(list(overrides)):
-            key = override.get_key_element()
-            if not override.is_sweep_override():
-                values = [override.get_value_element_as_str()]
-            elif override.is_discrete_sweep():
-                values = list(override.sweep_string_iterator())
-            else:
+            if override.is_sweep_override() and not override.is_discrete_sweep():
                 raise ConfigError(f"{override.input_line}: an interval has no list of values; use choice or range")
-            if not values:
-                raise ConfigError(f"{override.input_line}: matches nothing")
-            found.pop(override.key_or_group, None)  # +key and ~key take the place of key
-            found[key] = [f"{key}={value}" for value in values]
+            key = override.get_key_element()
+            found.pop(override.key_or_group, None)  # +key and ~key replace key
+            found[key] = [f"{key}={value}" for value in _values(override)]
+    return found
+
+
+def refuse_empty(overrides: Sequence[str], parser: OverridesParser) -> None:
+    """Raise an error if a sweep override matches nothing; intervals always match.
+
+    Raises:
+        ConfigError: an override cannot be parsed, or matches nothing.
+    """
+    with _explained():
+        for override in parser.parse_overrides(list(overrides)):
+            if override.is_discrete_sweep():
+                _values(override)
+
+
+def _values(override: Override) -> list[str]:
+    """Return the values of an override, of which a sweep has several."""
+    if not override.is_sweep_override():
+        return [override.get_value_element_as_str()]
+    values = list(override.sweep_string_iterator())
+    if not values:
+        raise ConfigError(f"{override.input_line}: matches nothing")
+    return values
+
+
+@contextmanager
+def _explained() -> Iterator[None]:
+    """Translate errors of Hydra and OmegaConf into `ConfigError`."""
+    try:
+        yield
     except Exception as error:
         if explained := explain(error):
             raise explained from error
         raise
-    return found
 
 
 def as_overrides(sweeps: Mapping[str, Any]) -> list[str]:
-    """A block as one would type it; strings are Hydra's sweep grammar, anything else is a value."""
-    return [f"{key}={_typed(value)}" for key, value in sweeps.items()]
-
-
-def _typed(value: Any) -> str:
-    """A value in Hydra's grammar."""
-    if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    if isinstance(value, Mapping):
-        return f"{{{','.join(f'{key}:{_typed(item)}' for key, item in value.items())}}}"
-    if isinstance(value, list):
-        return f"[{','.join(map(_typed, value))}]"
-    return str(value)
+    """Return a block of a study as overrides; strings are in the sweep grammar of Hydra, anything else is a value."""
+    return [f"{key}={as_yaml(value)}" for key, value in sweeps.items()]

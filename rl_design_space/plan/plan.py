@@ -1,4 +1,4 @@
-"""A plan: the design points of a sweep, each once, and how they were asked for."""
+"""Plans: the design points of a sweep, each once, with the overrides that describe them."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from typing import Any, overload
 from rl_design_space.config import user_config
 from rl_design_space.config.overrides import is_setting
 from rl_design_space.design import DesignPoint
-from rl_design_space.plan.code_identity import sources
-from rl_design_space.plan.cost import expected_moves
+from rl_design_space.plan.code_identity import source_parameters
+from rl_design_space.plan.cost import expected_steps
 from rl_design_space.plan.describe import parameters
 from rl_design_space.plan.fingerprint import fingerprint
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedPoint:
-    """A design point and how it was asked for.
+    """A design point and the overrides that describe it.
 
     Attributes:
         point: the point itself.
         options: name of the chosen option of every config group, e.g. {"world": "torus"}.
         overrides: the command-line overrides that describe the point.
         studies: names of the studies that the point belongs to.
-        fingerprint: the point's identity, see `sweep.fingerprint`.
+        fingerprint: the identity of the point, see `plan.fingerprint`.
     """
 
     point: DesignPoint
@@ -43,7 +43,7 @@ class PlannedPoint:
         overrides: tuple[str, ...] = (),
         studies: tuple[str, ...] = (),
     ) -> PlannedPoint:
-        """The planned point with the fingerprint that it has.
+        """Return a planned point with its fingerprint.
 
         Raises:
             ConfigError: a field of an option is not a plain value.
@@ -54,16 +54,18 @@ class PlannedPoint:
     def parameters(self) -> dict[str, Any]:
         """Every choice by its name on the command line: options first, then values.
 
-        What the code of the user's own components is recognised by is there as well, e.g. `representation.source`.
+        The code identity of user components is included, e.g. `representation.source`.
         """
         own = dict(
-            pair for field in fields(self.point) for pair in sources(getattr(self.point, field.name), field.name)
+            pair
+            for field in fields(self.point)
+            for pair in source_parameters(getattr(self.point, field.name), field.name)
         )
         return {**self.options, **own, **parameters(self.point)}
 
     @property
     def name(self) -> str:
-        """A short description: what was asked for beside the defaults."""
+        """A short description: the overrides that are not settings."""
         return " ".join(override for override in self.overrides if not is_setting(override)) or "defaults"
 
     @property
@@ -74,7 +76,7 @@ class PlannedPoint:
 
 @dataclass(frozen=True)
 class Dropped:
-    """How many combinations a constraint of a study left out, and why."""
+    """The number of combinations that a constraint of a study dropped."""
 
     study: str
     constraint: str
@@ -87,11 +89,11 @@ class Plan(Sequence[PlannedPoint]):
     """The points of a sweep, each once.
 
     Attributes:
-        points: in the order in which they were asked for.
+        points: in the order in which the grids list them.
         studies: names of the studies that they come from.
-        combinations: how many were asked for, those dropped and repeated included.
-        dropped: by the constraints that dropped any.
-        whole: how many points the plan has that this one is a part of.
+        combinations: number of combinations in the grids, including dropped ones and duplicates.
+        dropped: one entry for each constraint that dropped combinations.
+        whole: number of points of the plan that this one is a shard of; that of this plan if it is no shard.
     """
 
     points: Sequence[PlannedPoint]
@@ -119,17 +121,17 @@ class Plan(Sequence[PlannedPoint]):
 
     @property
     def name(self) -> str:
-        """Of its studies, or plainly a sweep."""
+        """The names of its studies, or `sweep` if it has none."""
         return ",".join(self.studies) or "sweep"
 
     @property
     def duplicates(self) -> int:
-        """Combinations that are the same point as another one."""
+        """Number of combinations that describe the same point as another one."""
         return self.combinations - sum(dropped.count for dropped in self.dropped) - self.whole
 
     @property
     def axes(self) -> dict[str, dict[str, int]]:
-        """The parameters in which the points differ: how many points have each value, in order of appearance."""
+        """The parameters in which the points differ, with the number of points by value, in order of appearance."""
         values: dict[str, Counter[str]] = {}
         for planned in self.points:
             for name, value in planned.parameters.items():
@@ -137,10 +139,10 @@ class Plan(Sequence[PlannedPoint]):
         return {name: dict(counts) for name, counts in values.items() if len(counts) > 1}
 
     def shard(self, number: int, of: int) -> Plan:
-        """One of several parts of about equal cost that together are the whole: the first is number 1.
+        """Return one of `of` shards of about equal cost; the first is number 1.
 
-        A point belongs to the same part whatever order the points were asked for in.
+        Which shard a point belongs to does not depend on the order of the points.
         """
-        ranked = sorted(self.points, key=lambda planned: (-expected_moves(planned.point), planned.fingerprint))
+        ranked = sorted(self.points, key=lambda planned: (-expected_steps(planned.point), planned.fingerprint))
         mine = {planned.fingerprint for planned in ranked[number - 1 :: of]}
         return replace(self, points=[planned for planned in self.points if planned.fingerprint in mine])

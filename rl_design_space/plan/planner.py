@@ -1,4 +1,4 @@
-"""From overrides to planned points."""
+"""Plan points from overrides."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from rl_design_space.config.assemble import Parts
 from rl_design_space.config.build import make_point
 from rl_design_space.config.compose import Composer, parts_of, shipped_config
 from rl_design_space.design import DesignPoint
-from rl_design_space.plan.early import EarlyCheck
+from rl_design_space.plan.component_check import ComponentCheck
 from rl_design_space.plan.plan import PlannedPoint
 
 
 class Planner:
-    """Plans many points; each of the user's own components is tried once.
+    """Plans many points; user components are checked once, see `ComponentCheck`.
 
     Args:
         composer: composes the parts of points.
@@ -25,7 +25,7 @@ class Planner:
 
     def __init__(self, composer: Composer | None = None) -> None:
         self.composer = composer or Composer()
-        self._check = EarlyCheck()
+        self._check = ComponentCheck()
 
     def __call__(self, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
         """Plan the point that these overrides describe.
@@ -36,15 +36,15 @@ class Planner:
         return self.of_parts(self.composer.parts(overrides), overrides, studies)
 
     def of_parts(self, parts: Parts, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:
-        """Plan the point that these parts make.
+        """Plan the point with these parts.
 
         Args:
             parts: of the point.
             overrides: that the parts were composed from.
-            studies: that ask for the point.
+            studies: names of the studies that the point belongs to.
 
         Raises:
-            ConfigError: the parts do not go together, or a component of the user's own breaks its contract.
+            ConfigError: the parts contradict each other, or a user component breaks its contract.
         """
         return _planned(parts, overrides, studies, self._check)
 
@@ -58,9 +58,9 @@ def plan_composed(config: DictConfig, choices: Mapping[str, str | None], overrid
         overrides: that the config was composed from.
 
     Raises:
-        ConfigError: a value is not allowed, or a component of the user's own breaks its contract.
+        ConfigError: a value is not allowed, or a user component breaks its contract.
     """
-    return _planned(parts_of(config, choices), overrides, (), EarlyCheck())
+    return _planned(parts_of(config, choices), overrides, (), ComponentCheck())
 
 
 def plan_point(overrides: Sequence[str] = ()) -> PlannedPoint:
@@ -78,7 +78,7 @@ def point_from_overrides(overrides: Sequence[str] = (), config_dir: str | Path |
 
     Args:
         overrides: as on the command line.
-        config_dir: folder with options of your own; modules beside it can be imported from then on.
+        config_dir: folder with your own options; modules beside it can be imported from then on.
 
     Raises:
         ConfigError: an override is not understood or its value is not allowed.
@@ -87,7 +87,7 @@ def point_from_overrides(overrides: Sequence[str] = (), config_dir: str | Path |
         return plan_point(overrides).point
 
 
-def _planned(parts: Parts, overrides: Sequence[str], studies: tuple[str, ...], check: EarlyCheck) -> PlannedPoint:
+def _planned(parts: Parts, overrides: Sequence[str], studies: tuple[str, ...], check: ComponentCheck) -> PlannedPoint:
     point = make_point(parts.values)
     check(point)
     return PlannedPoint.of(point, parts.options, tuple(overrides), studies)

@@ -1,4 +1,4 @@
-"""The source of a module, and which modules beside it it imports; without importing any."""
+"""The source of a module and of the modules that it imports from its folder, read without importing them."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ _PACKAGE = "rl_design_space"
 
 
 def modules_beside(name: str, file: Path) -> dict[str, Path]:
-    """A module and all that it imports, directly or not, from the folder that it lies in or from below it.
+    """Return the files of a module and of all modules that it imports, directly or not, from its folder or below.
 
-    The folder of `mine` and of `mine.parts.walls` is the one that holds `mine`. Of an installed package, only modules
-    of the same package belong to it. Imports inside functions count; those by a computed name are not seen.
+    The folder of `mine` and of `mine.parts.walls` is the one that holds `mine`. If it is where packages are
+    installed, only modules of the same package are included. Imports inside functions count; imports by a computed name
+    do not.
 
     Returns:
         Files by the name of their module.
@@ -41,7 +42,7 @@ def modules_beside(name: str, file: Path) -> dict[str, Path]:
 
 
 def code(file: Path) -> str:
-    """The source in a file without its comments and blank lines; what stands in texts is left alone."""
+    """Return the source in a file without comments and blank lines; string literals are left unchanged."""
     source = _read(file)
     lines: list[str | None] = [*source.split("\n")]
     try:
@@ -63,7 +64,7 @@ def _read(file: Path) -> str:
 
 
 def _imported(file: Path, package: str) -> Iterator[str]:
-    """Names of modules that a file may import; some may be names of what is in a module."""
+    """Yield names that a file imports; some may be names of attributes of a module."""
     try:
         tree = ast.parse(_read(file))
     except SyntaxError:
@@ -75,7 +76,7 @@ def _imported(file: Path, package: str) -> Iterator[str]:
             base = "." * node.level + (node.module or "")
             try:
                 base = resolve_name(base, package)
-            except ImportError:  # beyond the outermost package
+            except ImportError:  # a relative import beyond the top-level package
                 continue
             names = [base, *(f"{base}.{alias.name}" for alias in node.names)]
         else:
@@ -86,7 +87,7 @@ def _imported(file: Path, package: str) -> Iterator[str]:
 
 
 def _file_of(name: str, folder: Path) -> Path | None:
-    """The source of a module in a folder, if it is there."""
+    """Return the source file of a module in a folder, or None if the folder has none."""
     place = folder.joinpath(*name.split("."))
     return next((path for path in (place / "__init__.py", place.with_name(f"{place.name}.py")) if path.is_file()), None)
 

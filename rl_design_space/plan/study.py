@@ -12,7 +12,7 @@ from omegaconf import DictConfig
 
 from rl_design_space.config import user_config
 from rl_design_space.config.build import build, plain
-from rl_design_space.config.overrides import is_of_a_sweep, is_setting
+from rl_design_space.config.overrides import is_setting, is_sweep_setting
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.constraint import Constraint, constraints_of
 from rl_design_space.plan.grid import as_overrides, expand
@@ -25,13 +25,13 @@ _PERIODS = 500
 
 @dataclass(frozen=True)
 class Study:
-    """A study as one call asks for it.
+    """A study with the overrides of one command.
 
     Attributes:
-        name: of its file in conf/study.
-        overrides: of the command line, beside the name.
-        config: composed, with the settings.
-        plan: its design points, equal ones once.
+        name: name of its file in conf/study.
+        overrides: overrides of the command line, without `study=…`.
+        config: the composed config, with the settings.
+        plan: its design points, without duplicates.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Study:
 
     @property
     def command(self) -> str:
-        """The command that runs it."""
+        """The command that runs the study."""
         return shlex.join(["rl-design-space", *user_config.flags(), f"study={self.name}", *self.overrides])
 
     @property
@@ -51,21 +51,21 @@ class Study:
 
     @property
     def mark(self) -> str:
-        """What a picture has to say if its points have fewer periods than the paper's; else nothing."""
+        """A note for figures whose points have fewer periods than those of the paper; empty otherwise."""
         fewest = min((planned.point.task.periods for planned in self.plan), default=_PERIODS)
         return f"quick look: {fewest} periods instead of {_PERIODS}" if fewest < _PERIODS else ""
 
     def report(self) -> Any:
-        """The report that the study's file describes.
+        """Build the report that the study's file describes.
 
         Raises:
-            ConfigError: it describes none, or not properly.
+            ConfigError: the file describes no report, or a value is not allowed.
         """
         node = plain(self.config, "study").get("report")
         if node is None:
             raise ConfigError(
-                f"study {self.name}: its file describes no report; give it one (docs/reports.md), or ask for "
-                f"a picture of its runs, e.g. rl-design-report curves --by representation --study {self.name}"
+                f"study {self.name}: its file describes no report; add one (docs/reports.md), or plot its "
+                f"runs, e.g. rl-design-report curves --by representation --study {self.name}"
             )
         return build("study.report", node)
 
@@ -75,11 +75,11 @@ def load_study(name: str, overrides: Sequence[str], planner: Planner | None = No
 
     Args:
         name: of the study.
-        overrides: of the command line; they replace what a block says of the same key.
+        overrides: overrides of the command line; they replace those of a block for the same key.
         planner: plans the points; a new one if None.
 
     Raises:
-        ConfigError: there is no such study, a sweep is not understood or a value is not allowed.
+        ConfigError: there is no such study, an override cannot be parsed, or a value is not allowed.
     """
     planner = planner or Planner()
     overrides = tuple(override for override in overrides if not override.startswith("study="))
@@ -88,25 +88,25 @@ def load_study(name: str, overrides: Sequence[str], planner: Planner | None = No
 
 
 def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner: Planner) -> Plan:
-    """All points of a study, in the order of its blocks; equal points once.
+    """Return the points of a study, in the order of its blocks, without duplicates.
 
     Args:
         name: of the study.
         config: composed config whose `study.blocks` hold the sweeps of each block, by key: all combinations of a
-            block are points but those that `study.constraints` drop. Or `study.includes` names other studies, whose
-            points are this one's.
-        overrides: as above.
+            block are points, except those that `study.constraints` drop. Alternatively, `study.includes` names other
+            studies, whose points are this one's.
+        overrides: overrides of the command line.
         planner: plans the points.
 
     Raises:
-        ConfigError: as above, or there is no point at all and no report either.
+        ConfigError: an override cannot be parsed, a value is not allowed, or the study has neither points nor a report.
     """
     node = plain(config, "study")
     blocks = node.get("blocks") if isinstance(node, Mapping) else None
     if isinstance(node, Mapping) and "includes" in node:
         return _plan_included(name, node["includes"], overrides, planner)
     if blocks is None and isinstance(node, Mapping) and "report" in node:
-        return Plan([], (name,))  # a report that needs no runs
+        return Plan([], (name,))  # a report that needs no points
     if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
         raise ConfigError(f"study {name}: needs blocks, each a mapping of keys to sweeps")
     grids = _Grids(name, planner)
@@ -114,7 +114,7 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
         constraints = constraints_of(node.get("constraints"))
     except ConfigError as error:
         raise ConfigError(f"study {name}, {error}") from error
-    of_points = [override for override in overrides if not is_of_a_sweep(override)]
+    of_points = [override for override in overrides if not is_sweep_setting(override)]
     for block, sweeps in blocks.items():
         try:
             grids.add(expand([*as_overrides(sweeps), *of_points], planner.composer.parser), constraints)
@@ -123,14 +123,12 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
     plan = grids.plan()
     if not plan:
         left_out = f" and its constraints drop all {plan.combinations} combinations" if plan.combinations else ""
-        raise ConfigError(
-            f"study {name}: no design point in it; its blocks are {', '.join(blocks) or 'none'}{left_out}"
-        )
+        raise ConfigError(f"study {name}: no design points; its blocks are {', '.join(blocks) or 'none'}{left_out}")
     return plan
 
 
 def _plan_included(name: str, included: Any, overrides: Sequence[str], planner: Planner) -> Plan:
-    """The points of other studies, which then belong to this one as well."""
+    """Return the points of other studies, which also belong to this one."""
     if not isinstance(included, list) or not all(isinstance(other, str) and other != name for other in included):
         raise ConfigError(f"study {name}: includes should be a list of the names of other studies")
     both = union([load_study(other, overrides, planner).plan for other in included])
@@ -138,19 +136,19 @@ def _plan_included(name: str, included: Any, overrides: Sequence[str], planner: 
 
 
 def plan_overrides(overrides: Sequence[str], planner: Planner) -> Plan:
-    """The points that the sweep overrides of a command line ask for, equal points once.
+    """Return the points of a grid of sweep overrides, without duplicates.
 
     Raises:
-        ConfigError: as above.
+        ConfigError: an override cannot be parsed, or a value is not allowed.
     """
     grids = _Grids("", planner)
-    of_points = [override for override in overrides if not is_of_a_sweep(override)]
+    of_points = [override for override in overrides if not is_sweep_setting(override)]
     grids.add(expand(of_points, planner.composer.parser), {})
     return grids.plan()
 
 
 def union(plans: Sequence[Plan]) -> Plan:
-    """The points of several plans, common ones once; they then belong to the studies of all."""
+    """Return the points of several plans without duplicates; a common point belongs to the studies of all of them."""
     points: dict[str, PlannedPoint] = {}
     for plan in plans:
         for planned in plan:

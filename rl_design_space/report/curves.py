@@ -1,140 +1,108 @@
-"""A figure of learning curves: panels of lines, the share of failed trials, and what a schedule's exploration costs."""
+"""Learning curves by the values of parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass as plain_dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-from pydantic import Field
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
-from rl_design_space.config.build import construct
-from rl_design_space.learning.result import LearningCurves
-from rl_design_space.report.study_runs import Runs, Where
+from rl_design_space.analysis.averaging import resampled_means
+from rl_design_space.analysis.statistics import percentile_interval
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import CURVES_OF_PERIODS
+from rl_design_space.report import style
+from rl_design_space.report.base import MAIN, Frames, Report
+from rl_design_space.report.heatmap import Names
+from rl_design_space.report.parameters import check_averaged, label
+from rl_design_space.report.runs import Point, Runs, stratum
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rl_design_space.plan.plan import PlannedPoint
-    from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
-
-Text = Annotated[str, Field(min_length=1)]
-
-
-@dataclass(frozen=True, kw_only=True, config=STRICT)
-class Panel:
-    """A panel of a figure.
-
-    Attributes:
-        title: above it.
-        where: what its points have in common.
-        lines: points by the name of their line: the values that they have beside.
-    """
-
-    title: Text
-    where: Where
-    lines: Annotated[dict[str, Where], Field(min_length=1)]
-
-
-@plain_dataclass(frozen=True)
-class Line:
-    """A line of a panel: its point, and what was recorded of it, if anything was."""
-
-    panel: str
-    name: str
-    planned: PlannedPoint
-    recorded: LearningCurves | None
+#: Lines that can be told apart.
+_MOST = 12
+_COLUMNS = ["line", "trial", "mean", "ci_low", "ci_high", "runs"]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class CurvesFigure:
-    """Learning curves with 95 % bands, beside the optimum and a random walk.
+class Curves(Report):
+    """A line for each value of some parameters, the mean over the runs that have it.
 
     Attributes:
-        title: of the figure.
-        shows: what it shows, for those who cannot see it.
-        panels: see `Panel`, in their order.
-        families: kinds of schedules by name, each the values that its points have in common; if there are any, a row of
-            panels shows total steps against total exploration.
+        by: parameters whose values make the lines.
+        curve: which learning curve, see `LearningCurves.curves`.
+        mean: whether runs of one line that differ in more than their seed are averaged.
+        title: heading of the report and its picture; made of the other fields if empty.
     """
 
-    title: Text
-    shows: Text
-    panels: Annotated[list[dict[str, Any]], Field(min_length=1)]
-    families: dict[str, Where] = Field(default_factory=dict)
+    by: Names
+    curve: str = "steps/mean"
+    mean: bool = False
+    title: str = ""
 
-    def built_panels(self) -> list[Panel]:
-        """The panels, validated.
+    @property
+    def heading(self) -> str:
+        return self.title or f"{self.curve} by {', '.join(self.by)}"
 
-        Raises:
-            ConfigError: one is not as it should be.
-        """
-        return [construct(Panel, node, f"study.report.panels.{i}") for i, node in enumerate(self.panels)]
+    def frames(self, runs: Runs) -> Frames:
+        """Line, trial, mean, ci_low, ci_high (95 % over periods), runs: one row for each line and trial."""
+        lines = {key: [point for point in points if point.run] for key, points in runs.grouped(self.by).items()}
+        lines = {key: points for key, points in lines.items() if points}
+        if len(lines) > _MOST:
+            raise ConfigError(f"{', '.join(self.by)}: {len(lines)} lines cannot be told apart; choose with --filter")
+        parts = []
+        for key, points in lines.items():
+            name = label(self.by, key)
+            parameters = [point.parameters for point in points]
+            check_averaged(parameters, f"line ({name})", "give them lines with --by", self.mean)
+            lengths = {len(runs.curve(point, self.curve)) for point in points}
+            if len(lengths) > 1:
+                found = " or ".join(map(str, sorted(lengths)))
+                raise ConfigError(f"task.trials: runs of one line ({name}) have {found}")
+            mean, low, high = self._line(runs, points)
+            part = pd.DataFrame({"mean": mean, "ci_low": low, "ci_high": high}).rename_axis("trial").reset_index()
+            parts.append(part.assign(line=name, runs=len(points))[_COLUMNS])
+        return {MAIN: pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=_COLUMNS)}
 
-    def lines(self, runs: Runs) -> list[Line]:
-        """All lines in the order of panels.
+    def draw(self, frames: Frames) -> Figure:
+        return _draw(frames[MAIN], self.curve, self.heading)
 
-        Raises:
-            ConfigError: the values of a line do not belong to one point.
-        """
-        lines = []
-        for panel in self.built_panels():
-            for name, where in panel.lines.items():
-                planned = runs.one({**panel.where, **where})
-                lines.append(Line(panel.title, name, planned, runs.periods(planned)))
-        return lines
-
-    def frame(self, lines: list[Line]) -> pd.DataFrame:
-        """What is drawn as curves: a row a panel, line and trial, see `analysis.learning_curves.curve_frame`."""
-        import pandas as pd
-
-        from rl_design_space.analysis.learning_curves import curve_frame
-
-        frames = [
-            curve_frame(line.recorded).assign(panel=line.panel, line=line.name) for line in lines if line.recorded
+    def text(self, frames: Frames) -> list[str]:
+        """Level at which each line ends."""
+        last = frames[MAIN].groupby("line", sort=False).last()
+        ends = [f"- {name}: {style.number(row['mean'])}, {int(row['runs'])} runs" for name, row in last.iterrows()]
+        return [
+            "At the last trial:",
+            "\n".join(ends),
+            "Bands: 95 % bootstrap intervals over periods, where these are kept.",
         ]
-        columns = ["panel", "line", "trial", "mean", "ci_low", "ci_high", "median", "q10", "q90", "failed"]
-        return pd.concat(frames)[columns] if frames else pd.DataFrame(columns=columns)
 
-    def exploration_frame(self, runs: Runs) -> pd.DataFrame:
-        """What is drawn below: a row a recorded point of the families."""
-        import pandas as pd
+    def _line(self, runs: Runs, points: list[Point]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the mean curve of points, and its interval; NaN where the periods are not known."""
+        mean: FloatArray = np.mean([runs.curve(point, self.curve) for point in points], axis=0)
+        results = [runs.kept(point) for point in points]
+        nothing = np.full(len(mean), np.nan)
+        values = CURVES_OF_PERIODS.get(self.curve)
+        if values is None or any(result is None or len(result.steps) < 2 for result in results):
+            return mean, nothing, nothing
+        periods = [np.asarray(values(result), float) for result in results if result]
+        low, high = percentile_interval(resampled_means(periods, [stratum(point) for point in points]))
+        return mean, low, high
 
-        from rl_design_space.analysis.learning_curves import curve_summary
 
-        rows = [
-            {"panel": panel, "family": family, "point": planned.name, **curve_summary(recorded)}
-            for panel, family, planned, recorded in self._family_points(runs)
-            if recorded
-        ]
-        columns = ["panel", "family", "point", "exploration", "total_steps", "total_low", "total_high"]
-        return pd.DataFrame(rows, columns=[*columns, "final_over_optimum", "final_low", "final_high", "failed"])
-
-    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
-        """Write NAME.png, .svg, .csv and .md, and with families NAME_exploration.csv, into a folder; the paths."""
-        from rl_design_space.report.curves_picture import draw
-        from rl_design_space.report.curves_text import curves_text
-        from rl_design_space.report.heatmap import save
-
-        runs = Runs(study.plan, reader)
-        lines = self.lines(runs)
-        curves, exploration = self.frame(lines), self.exploration_frame(runs)
-        folder.mkdir(parents=True, exist_ok=True)
-        stem = folder / study.name
-        paths = save(draw(self, lines, curves, exploration), stem, study.mark)
-        curves.to_csv(stem.with_suffix(".csv"), index=False)
-        if self.families:
-            paths.append(folder / f"{study.name}_exploration.csv")
-            exploration.to_csv(paths[-1], index=False)
-        stem.with_suffix(".md").write_text(curves_text(study, self, lines, runs), encoding="utf-8")
-        return [*paths, stem.with_suffix(".csv"), stem.with_suffix(".md")]
-
-    def _family_points(self, runs: Runs) -> Iterator[tuple[str, str, PlannedPoint, LearningCurves | None]]:
-        for panel in self.built_panels():
-            for family, where in self.families.items():
-                for planned in runs.where({**panel.where, **where}):
-                    yield panel.title, family, planned, runs.periods(planned)
+@style.styled()
+def _draw(frame: pd.DataFrame, curve: str, title: str) -> Figure:
+    names = list(frame["line"].unique())
+    figure, axis = plt.subplots(figsize=(7.5, 4.6), layout="constrained")
+    for place, (name, colour) in enumerate(zip(names, style.colours(len(names), "husl"), strict=True)):
+        style.draw_curve(axis, frame[frame["line"] == name], colour, style.DASHES[place % len(style.DASHES)], name)
+    if curve.startswith("steps/") and len(frame) and frame["mean"].min() > 0:
+        style.make_logarithmic(axis)
+    axis.set_xlabel("trial")
+    axis.set_ylabel(curve)
+    axis.set_title(title, fontsize=11)
+    style.tidy(axis)
+    if names:
+        style.legend_beside(axis)
+    return figure

@@ -1,38 +1,26 @@
-"""Drawing a figure of learning curves."""
+"""The picture of a figure of learning curves."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-import matplotlib as mpl
-import numpy as np
-import pandas as pd
-
-mpl.use("Agg")
+from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
-import seaborn as sns
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentFormatter
+from matplotlib.ticker import PercentFormatter
 
-from rl_design_space.analysis.learning_curves import random_walk_steps
-from rl_design_space.learning.layouts import layouts_of
-from rl_design_space.report.heatmap import SETTINGS
+from rl_design_space.report.style import DASHES, MARKERS, beyond, colours, draw_curve, make_logarithmic, styled, tidy
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from rl_design_space.report.curves import CurvesFigure, Line
-
-#: Told apart without colours, too.
-DASHES: list[Any] = ["-", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2))]
-MARKERS = "osD^vP"
 #: Panels side by side.
 _COLUMNS = 2
+#: Height of what a panel shows, from top to bottom, in inches; the last only if there are families.
+_HEIGHTS = {"steps of a trial": 3.6, "failed": 0.8, "total steps of a period": 2.6}
 _NOTE = (
     "Lines: mean over periods of the steps of a trial, with its 95 % interval; logarithmic. Below: share of periods in "
-    "which the trial misses the final goal.\nDashed grey: fewest moves possible. Dotted grey: a random walk (expected, "
+    "which the trial misses the final goal.\nDashed grey: fewest steps possible. Dotted grey: a random walk (expected, "
     "without the step cap)."
 )
 _EXPLORATION_NOTE = (
@@ -41,100 +29,83 @@ _EXPLORATION_NOTE = (
 )
 
 
-def draw(figure: CurvesFigure, lines: list[Line], curves: pd.DataFrame, exploration: pd.DataFrame) -> Figure:
-    """Panels side by side: curves, failed trials, and, if there are families, total steps against exploration.
+@styled()
+def draw_curves_figure(
+    curves: pd.DataFrame,
+    lines: pd.DataFrame,
+    panels: pd.DataFrame,
+    exploration: pd.DataFrame,
+    title: str,
+    families: Sequence[str],
+) -> Figure:
+    """Draw panels side by side: curves, failed trials, and, if there are families, total steps against exploration.
 
     Args:
-        figure: what to draw.
-        lines: of all panels.
-        curves: as `CurvesFigure.frame` returns them.
-        exploration: as `CurvesFigure.exploration_frame` returns it.
+        curves: as `CurvesFigure.frames` returns them, like the three other frames.
+        lines: one row for each line.
+        panels: one row for each panel.
+        exploration: one row for each point of the families.
+        title: of the picture.
+        families: names of the families.
     """
-    panels = list(dict.fromkeys(line.panel for line in lines))
-    heights = [3.6, 0.8, *([2.6] if figure.families else [])]
-    blocks = -(-len(panels) // _COLUMNS)
+    heights = list(_HEIGHTS.values())[: 3 if families else 2]
+    blocks, across = -(-len(panels) // _COLUMNS), min(len(panels), _COLUMNS)
     most_failed = max(0.01, float(curves["failed"].max()) if len(curves) else 0.0)
-    with mpl.rc_context(SETTINGS):
-        drawn, axes = plt.subplots(
-            blocks * len(heights), min(len(panels), _COLUMNS), layout="constrained", squeeze=False, sharey="row",
-            figsize=(5.6 * min(len(panels), _COLUMNS), blocks * sum(heights) + 1.5), height_ratios=heights * blocks,
-        )  # fmt: skip
-        for number, panel in enumerate(panels):
-            block, column = divmod(number, _COLUMNS)
-            above, below, *lowest = axes[block * len(heights) : (block + 1) * len(heights), column]
-            here = [line for line in lines if line.panel == panel]
-            _draw_curves(above, below, here, curves[curves["panel"] == panel])
-            below.set_ylim(0, 1.05 * most_failed)
-            above.set_title(panel, fontsize=11)
-            for axis in lowest:
-                _draw_exploration(axis, figure, exploration[exploration["panel"] == panel])
-            if column == 0:
-                above.set_ylabel("steps of a trial")
-                below.set_ylabel("failed")
-                for axis in lowest:
-                    axis.set_ylabel("total steps of a period")
-        drawn.suptitle(figure.title, fontsize=12)
-        drawn.supxlabel(_NOTE + (_EXPLORATION_NOTE if figure.families else ""), fontsize=8)
-    return drawn
+    figure, axes = plt.subplots(
+        blocks * len(heights), across, layout="constrained", squeeze=False, sharey="row",
+        figsize=(5.6 * across, blocks * sum(heights) + 1.5), height_ratios=heights * blocks,
+    )  # fmt: skip
+    for number, panel in enumerate(panels.to_dict("records")):
+        block, column = divmod(number, _COLUMNS)
+        above, below, *lowest = axes[block * len(heights) : (block + 1) * len(heights), column]
+        of_lines, of_curves, of_points = (
+            each[each["panel"] == panel["panel"]] for each in (lines, curves, exploration)
+        )
+        _draw_curves(above, below, of_lines, of_curves)
+        if not np.isnan(panel["optimum"]):
+            for level, dashes in (("optimum", "--"), ("random_walk", ":")):
+                above.axhline(panel[level], color="0.45", linestyle=dashes, linewidth=1)
+        make_logarithmic(above)
+        below.set_ylim(0, 1.05 * most_failed)
+        above.set_title(panel["panel"], fontsize=11)
+        for axis in lowest:
+            _draw_exploration(axis, of_points, families)
+        if column == 0:
+            for axis, name in zip((above, below, *lowest), _HEIGHTS, strict=False):
+                axis.set_ylabel(name)
+    figure.suptitle(title, fontsize=12)
+    figure.supxlabel(_NOTE + (_EXPLORATION_NOTE if families else ""), fontsize=8)
+    return figure
 
 
-def _draw_curves(axis: Axes, below: Axes, lines: list[Line], curves: pd.DataFrame) -> None:
-    colours = sns.color_palette("colorblind", len(lines))
+def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataFrame) -> None:
     handles = []
-    for line, colour, dashes in zip(lines, colours, DASHES * len(lines), strict=False):
-        label = line.name if line.recorded else f"{line.name} (missing)"
+    for line, colour, dashes in zip(lines.to_dict("records"), colours(len(lines)), DASHES * len(lines), strict=False):
+        missing = np.isnan(line["total_steps"])
+        label = f"{line['line']} (missing)" if missing else line["line"]
         handles.append(Line2D([], [], color=colour, linestyle=dashes, label=label))
-        if not line.recorded:
-            continue
-        curve = curves[curves["line"] == line.name]
-        draw_curve(axis, curve, colour, dashes)
-        below.plot(curve["trial"], curve["failed"], color=colour, linestyle=dashes, linewidth=1.1)
-    recorded = next((line for line in lines if line.recorded), None)
-    if recorded and recorded.recorded:
-        point = recorded.planned.point
-        axis.axhline(float(recorded.recorded.optimum.mean()), color="0.45", linestyle="--", linewidth=1)
-        axis.axhline(random_walk_steps(point.world, layouts_of(point)), color="0.45", linestyle=":", linewidth=1)
-    make_logarithmic(axis)
-    axis.legend(handles=handles, frameon=False, fontsize=8, loc="best", ncols=1 + (len(handles) > 4))
-    axis.set_xticklabels([])
+        if not missing:
+            curve = curves[curves["line"] == line["line"]]
+            draw_curve(above, curve, colour, dashes)
+            below.plot(curve["trial"], curve["failed"], color=colour, linestyle=dashes, linewidth=1.1)
+    above.legend(handles=handles, frameon=False, fontsize=8, loc="best", ncols=1 + (len(handles) > 4))
+    above.set_xticklabels([])
     below.set_xlabel("trial")
     below.yaxis.set_major_formatter(PercentFormatter(1, decimals=0))
-    for each in (axis, below):
-        each.set_xlim(left=0)
-        tidy(each)
+    for axis in (above, below):
+        axis.set_xlim(left=0)
+        tidy(axis)
 
 
-def draw_curve(axis: Axes, curve: pd.DataFrame, colour: Any, dashes: Any) -> None:
-    """A learning curve in its band; `curve` has trial, mean, ci_low and ci_high."""
-    axis.fill_between(curve["trial"], curve["ci_low"], curve["ci_high"], color=colour, alpha=0.25, linewidth=0)
-    axis.plot(curve["trial"], curve["mean"], color=colour, linestyle=dashes, linewidth=1.4)
-
-
-def _draw_exploration(axis: Axes, figure: CurvesFigure, points: pd.DataFrame) -> None:
-    colours = sns.color_palette("colorblind", len(figure.families))
-    for (family, colour), marker in zip(zip(figure.families, colours, strict=True), MARKERS, strict=False):
+def _draw_exploration(axis: Axes, points: pd.DataFrame, families: Sequence[str]) -> None:
+    for (family, colour), marker in zip(zip(families, colours(len(families)), strict=True), MARKERS, strict=False):
         here = points[points["family"] == family].sort_values("exploration")
-        beyond = np.array([here["total_steps"] - here["total_low"], here["total_high"] - here["total_steps"]])
         axis.errorbar(
-            here["exploration"], here["total_steps"], yerr=np.nan_to_num(beyond), color=colour, marker=marker,
-            markersize=4, linewidth=1, linestyle="-" if family != "sigmoidal" else "none", label=family,
+            here["exploration"], here["total_steps"],
+            yerr=beyond(here["total_low"], here["total_steps"], here["total_high"]), color=colour, marker=marker,
+            markersize=4, linewidth=1, linestyle="-" if here["joined"].all() else "none", label=family,
         )  # fmt: skip
     make_logarithmic(axis)
     axis.set_xlabel("total exploration of the schedule")
     axis.legend(frameon=False, fontsize=8)
     tidy(axis)
-
-
-def tidy(axis: Axes) -> None:
-    """A grid to read values by, and no frame."""
-    axis.set_axisbelow(True)
-    axis.grid(color="0.92")
-    axis.spines[["top", "right"]].set_visible(False)
-
-
-def make_logarithmic(axis: Axes) -> None:
-    """A logarithmic axis with plain numbers at 1, 2, 5 of every decade."""
-    axis.set_yscale("log")
-    axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
-    axis.yaxis.set_minor_formatter(NullFormatter())

@@ -1,142 +1,119 @@
-"""Heatmaps of cells that were published and measured."""
+"""A scalar by two parameters, or by two sets of them."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import matplotlib as mpl
-import numpy as np
-import pandas as pd
-
-mpl.use("Agg")
+from collections.abc import Sequence
+from typing import Annotated
 
 import matplotlib.pyplot as plt
-import seaborn as sns
+import numpy as np
+import pandas as pd
 from matplotlib.colors import LogNorm, Normalize
-from matplotlib.patches import Rectangle
+from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
+from pydantic import BeforeValidator, Field
+from pydantic.dataclasses import dataclass
 
-from rl_design_space.report.markdown import interval_text
-from rl_design_space.report.published_table import HEAVY_TAIL
+from rl_design_space._strict import STRICT
+from rl_design_space.report.base import MAIN, Frames, Report
+from rl_design_space.report.cells import colour_bar, colour_cells, hatch, write
+from rl_design_space.report.parameters import check_averaged, label, text
+from rl_design_space.report.runs import Runs
+from rl_design_space.report.style import DECADE, interval, number, styled
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.colorbar import Colorbar
-    from matplotlib.figure import Figure
-
-    from rl_design_space.report.published_table import PublishedTable
-
-# Even in lightness from end to end, so that it reads in grey and for colour-blind eyes.
-_COLOURS = "cividis_r"
-#: Of every picture: the same bytes for the same figure, and text that stays text.
-SETTINGS: dict[Any, Any] = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "font.size": 9}
-
-_LEGEND = (
-    "Large: mean over periods, with its 95 % interval. Failures: share of periods in which a trial missed the goal.\n"
-    f"† heavy tail: the 1 % of periods with most steps need {HEAVY_TAIL} times the mean or more."
-)
-
-#: Height within the cell, text, and how it looks.
-Line = tuple[float, str, dict[str, Any]]
+#: Parameters, on the command line separated by commas.
+Names = Annotated[
+    tuple[str, ...],
+    BeforeValidator(lambda names: tuple(names.split(",")) if isinstance(names, str) else tuple(names)),
+    Field(min_length=1),
+]
+#: Size of a cell in inches, and the longest side of a picture.
+_WIDTH, _HEIGHT, _LONGEST = 1.15, 0.62, 40.0
 
 
-def draw(cells: pd.DataFrame, table: PublishedTable) -> Figure:
-    """One heatmap a panel: colour and large number are measured, below them stand interval, paper and ratio.
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Heatmap(Report):
+    """A table of colours; cells without a run are hatched.
 
-    Args:
-        cells: as `analysis.published.compare_with_published` returns them.
-        table: names and labels.
+    Attributes:
+        rows: parameters whose values make the rows.
+        cols: parameters whose values make the columns.
+        value: scalar that is shown, see `LearningCurves.scalars`.
+        mean: whether runs of one cell that differ in more than their seed are averaged.
+        title: heading of the report and its picture; made of the other fields if empty.
     """
-    panel, row, column = table.axes
-    panels = list(cells[panel].unique())
-    measured = cells["measured"].dropna()
-    norm = LogNorm(measured.min(), measured.max()) if len(measured) else LogNorm(1, 10)
-    with mpl.rc_context(SETTINGS):
-        figure, axes = plt.subplots(
-            1, len(panels), figsize=(5.4 * len(panels) + 0.6, 5.0), layout="constrained", squeeze=False
-        )
-        for axis, name in zip(axes[0], panels, strict=True):
-            here = cells[cells[panel] == name]
-            values = here.pivot_table(index=row, columns=column, values="measured", dropna=False, sort=False)
-            inks = colour_cells(axis, values, norm, square=True)
-            _annotate(axis, here, values, row, column, inks)
-            axis.set_title(table.label(name), fontsize=11)
-            axis.set_xlabel(table.label(column))
-            axis.set_ylabel(table.label(row))
-        bar = colour_bar(
-            figure, axes[0].tolist(), norm, shrink=0.8, ticks=LogLocator(subs=(1, 2, 5)), format="{x:,.0f}"
-        )
-        bar.set_label("measured, logarithmic")
-        figure.suptitle(table.title, fontsize=12)
-        figure.supxlabel(_LEGEND, fontsize=8)
-    return figure
+
+    rows: Names
+    cols: Names
+    value: str = "total_steps"
+    mean: bool = False
+    title: str = ""
+
+    @property
+    def heading(self) -> str:
+        return self.title or f"{self.value} by {', '.join(self.rows)} and {', '.join(self.cols)}"
+
+    def frames(self, runs: Runs) -> Frames:
+        """Row, column, value, low, high (95 % over periods), runs: one row for each cell."""
+        rows, columns = runs.grouped(self.rows), runs.grouped(self.cols)
+        cells = []
+        for row in rows:
+            for column in columns:
+                points = [point for point in rows[row] if point.key(self.cols) == column]
+                where = f"cell ({label(self.rows, row)}, {label(self.cols, column)})"
+                advice = "give them an axis with --rows or --cols"
+                check_averaged([point.parameters for point in points], where, advice, self.mean)
+                estimate = runs.estimate(points, self.value)
+                names = dict(zip((*self.rows, *self.cols), (*row, *column), strict=True))
+                recorded = sum(point.run is not None for point in points)
+                cells.append({**names, **estimate._asdict(), "runs": recorded})
+        return {MAIN: pd.DataFrame(cells)}
+
+    def draw(self, frames: Frames) -> Figure:
+        return _draw(frames[MAIN], self.rows, self.cols, self.value, self.heading)
+
+    def text(self, frames: Frames) -> list[str]:
+        """Least and largest value, and how many cells are missing."""
+        cells = frames[MAIN]
+        names = [*self.rows, *self.cols]
+        known = cells.dropna(subset="value")
+        parts = []
+        if len(known):
+            ordered = known.sort_values("value").to_dict("records")
+            for which, row in (("Least", ordered[0]), ("Most", ordered[-1])):
+                parts.append(f"{which}: {number(row['value'])} with {label(names, [row[name] for name in names])}.")
+        if missing := len(cells) - len(known):
+            parts.append(f"Hatched: {missing} of {len(cells)} cells have no run.")
+        return [*parts, "Small: the 95 % bootstrap interval over periods."]
 
 
-def colour_cells(axis: Axes, values: pd.DataFrame, norm: Normalize, square: bool = False) -> list[list[str]]:
-    """Colour the cells of a table; the ink that is read on each, by row and column."""
-    sns.heatmap(
-        values, ax=axis, norm=norm, vmin=norm.vmin, vmax=norm.vmax, cmap=_COLOURS, cbar=False,
-        square=square, linewidths=1.5, linecolor="white"
-    )  # fmt: skip
-    axis.tick_params(length=0)
-    axis.set_yticklabels(axis.get_yticklabels(), rotation=0)
-    colours = np.asarray(axis.collections[0].get_facecolor()).reshape(*values.shape, 4)
-    lightness = colours[..., :3] @ (0.299, 0.587, 0.114)
-    return [["black" if light > 0.5 else "white" for light in row] for row in lightness]
+@styled()
+def _draw(frame: pd.DataFrame, rows: Sequence[str], cols: Sequence[str], value: str, title: str) -> Figure:
+    def keys(names: Sequence[str], separator: str) -> pd.Series[str]:
+        return frame[list(names)].map(text).agg(separator.join, axis=1)
 
-
-def colour_bar(figure: Figure, axes: list[Axes], norm: Normalize, **how: Any) -> Colorbar:
-    """What the colours of the cells mean."""
-    bar = figure.colorbar(plt.cm.ScalarMappable(norm=norm, cmap=_COLOURS), ax=axes, **how)
-    bar.minorticks_off()
-    return bar
-
-
-def hatch(axis: Axes, x: int, y: int, note: str) -> None:
-    """Mark a cell as not measured."""
-    axis.add_patch(Rectangle((x, y), 1, 1, fill=False, hatch="///", edgecolor="0.6", linewidth=0))
-    write(axis, x, y, [(0.5, note, {"bbox": {"facecolor": "white", "edgecolor": "none"}})], "black")
-
-
-def save(figure: Figure, stem: Path, mark: str = "") -> list[Path]:
-    """Write a figure as PNG and SVG, the same bytes for the same figure; a mark stands in its corner."""
-    paths = []
-    if mark:
-        figure.text(0.98, 0.98, mark, ha="right", va="top", fontsize=8, color="#664d03", backgroundcolor="#fff3cd")
-    with mpl.rc_context(SETTINGS):
-        for suffix, metadata in ((".png", {}), (".svg", {"Date": None})):
-            path = stem.with_name(f"{stem.name}{suffix}")
-            figure.savefig(path, dpi=160, metadata=metadata)
-            paths.append(path)
-    plt.close(figure)
-    return paths
-
-
-def _annotate(
-    axis: Axes, cells: pd.DataFrame, values: pd.DataFrame, row: str, column: str, inks: list[list[str]]
-) -> None:
-    """Write into every cell; hatch the ones that were not measured."""
-    rows, columns = values.index.tolist(), values.columns.tolist()
-    for cell in cells.to_dict("records"):
-        y, x = rows.index(cell[row]), columns.index(cell[column])
-        if np.isnan(cell["measured"]):
-            hatch(axis, x, y, f"not measured\npaper {cell['paper']:,.0f}")
+    table = frame.assign(row=keys(rows, ", "), column=keys(cols, "\n"))
+    values = table.pivot_table(index="row", columns="column", values="value", dropna=False, sort=False)
+    measured = table["value"].dropna()
+    low, high = (measured.min(), measured.max()) if len(measured) else (0.0, 1.0)
+    norm = LogNorm(low, high) if low > 0 and high / low >= DECADE else Normalize(low, high)
+    size = [_WIDTH * max(len(values.columns), 3) + 2.6, _HEIGHT * max(len(values), 3) + 1.6]
+    figure, axis = plt.subplots(figsize=[min(side, _LONGEST) for side in size], layout="constrained")
+    inks = colour_cells(axis, values, norm)
+    places = values.index.tolist(), values.columns.tolist()
+    for cell in table.to_dict("records"):
+        y, x = (each.index(cell[name]) for each, name in zip(places, ("row", "column"), strict=True))
+        if np.isnan(cell["value"]):
+            hatch(axis, x, y, "")
             continue
-        lines: list[Line] = [
-            (0.24, f"{cell['measured']:,.0f}", {"fontsize": 13, "fontweight": "bold"}),
-            (0.44, interval_text(cell), {"fontsize": 8}),
-            (0.62, f"paper {cell['paper']:,.0f}", {}),
-            (0.77, f"ratio {cell['ratio']:.2f}", {}),
-        ]
-        failures = cell["failed_periods"]
-        remark = "" if failures == 0 else f"failures {failures:.0%}" if failures >= 0.01 else "failures <1%"
-        remark += " †" if cell["top_percent"] >= HEAVY_TAIL else ""
-        lines.append((0.91, remark, {"fontsize": 8, "style": "italic"}))
-        write(axis, x, y, lines, inks[y][x])
-
-
-def write(axis: Axes, x: int, y: int, lines: list[Line], colour: str) -> None:
-    """Write lines into a cell."""
-    for height, text, style in lines:
-        axis.text(x + 0.5, y + height, text, ha="center", va="center", color=colour, **style)
+        between = interval(cell["low"], cell["high"])
+        main = (0.36 if between else 0.5, number(cell["value"]), {"fontsize": 10, "fontweight": "bold"})
+        write(axis, x, y, [main, (0.72, between, {"fontsize": 6.5})], inks[y][x])
+    axis.set_ylabel(", ".join(rows))
+    axis.set_xlabel(", ".join(cols))
+    axis.set_title(title, fontsize=11)
+    if low < high:
+        ticks = LogLocator(subs=(1, 2, 5)) if isinstance(norm, LogNorm) else None
+        bar = colour_bar(figure, [axis], norm, ticks=ticks, format=lambda value, _: number(value))
+        bar.set_label(value)
+    return figure

@@ -1,66 +1,59 @@
-"""The ledger of claims as a picture: every part with its interval, beside the range that the claim gives."""
+"""The picture of a ledger of claims: every part with its interval, beside the range that the claim gives."""
 
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING, Any
-
-import matplotlib as mpl
-import numpy as np
-import pandas as pd
-
-mpl.use("Agg")
+from collections.abc import Mapping
+from typing import Any
 
 import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from rl_design_space.report.style import BLUE, LIGHT_GREEN, VERMILION, styled
 
-# Told apart by their markers, too.
-_COLOURS = {"holds": "#0072b2", "fails": "#d55e00", "unclear": "#6f6f6f"}
-_MARKERS = {"holds": "o", "fails": "X", "unclear": "D"}
-_CLAIMED = "#c7e0c7"
-#: Where the claims' names stand, in widths of a part's axis.
+#: Colour and marker by the state of a part.
+_LOOKS = {"holds": (BLUE, "o"), "fails": (VERMILION, "X"), "unclear": ("#6f6f6f", "D")}
+#: Where the names of the claims stand, in widths of a part's axis.
 _RIGHT = 1.55
-_SETTINGS: dict[Any, Any] = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "font.size": 8}
-_INCHES_A_PART, _LONGEST = 0.25, 78
+#: Height of a part in inches, and the longest description of one in characters.
+_HEIGHT, _LONGEST = 0.25, 78
 
 
-def draw(parts: pd.DataFrame, title: str) -> Figure:
-    """One line a part, on an axis of its own, stretched so that value, interval and claimed range are seen.
+@styled(font_size=8)
+def draw_ledger(parts: pd.DataFrame, title: str) -> Figure:
+    """Draw one line for each part, on an axis of its own, scaled to show value, interval and claimed range.
 
     Args:
-        parts: as `ledger.parts_frame` returns them.
+        parts: as `claims_ledger.parts_frame` returns them.
         title: of the picture.
     """
-    with mpl.rc_context(_SETTINGS):
-        height = 1.6 + _INCHES_A_PART * max(len(parts), 4)
-        figure, axis = plt.subplots(figsize=(12.5, height), layout="constrained")
-        for row, part in enumerate(parts.to_dict("records")):
-            _draw_part(axis, row, part)
-        names = [textwrap.shorten(str(part.what), _LONGEST, placeholder=" …") for part in parts.itertuples()]
-        axis.set_yticks(range(len(parts)), names)
-        for claim, rows in parts.reset_index().groupby("claim", sort=False)["index"]:
-            verdict = parts.loc[rows.iloc[0], "verdict"]
-            axis.text(_RIGHT, rows.mean(), f"{claim}\n{verdict}", va="center", fontsize=8, fontweight="bold")
-            axis.axhline(rows.iloc[-1] + 0.5, color="0.85", linewidth=0.8, clip_on=False)
-        axis.set_ylim(max(len(parts), 1) - 0.4, -0.8)
-        axis.set_xlim(-0.03, _RIGHT + 0.32)
-        axis.set_xticks([])
-        axis.tick_params(length=0)
-        for side in axis.spines.values():
-            side.set_visible(False)
-        marks = [Line2D([], [], color=_COLOURS[state], marker=_MARKERS[state], label=state) for state in _COLOURS]
-        claimed = Rectangle((0, 0), 1, 1, color=_CLAIMED, label="where the claim says that it lies")
-        figure.legend(handles=[*marks, claimed], loc="outside lower center", ncols=4, frameon=False)
-        figure.suptitle(title, fontsize=11)
+    figure, axis = plt.subplots(figsize=(12.5, 1.6 + _HEIGHT * max(len(parts), 4)), layout="constrained")
+    for row, part in enumerate(parts.to_dict("records")):
+        _draw_part(axis, row, part)
+    names = [textwrap.shorten(what, _LONGEST, placeholder=" …") for what in parts["what"]]
+    axis.set_yticks(range(len(parts)), names)
+    for claim, rows in parts.reset_index().groupby("claim", sort=False)["index"]:
+        verdict = parts.loc[rows.iloc[0], "verdict"]
+        axis.text(_RIGHT, rows.mean(), f"{claim}\n{verdict}", va="center", fontsize=8, fontweight="bold")
+        axis.axhline(rows.iloc[-1] + 0.5, color="0.85", linewidth=0.8, clip_on=False)
+    axis.set_ylim(max(len(parts), 1) - 0.4, -0.8)
+    axis.set_xlim(-0.03, _RIGHT + 0.32)
+    axis.set_xticks([])
+    axis.tick_params(length=0)
+    axis.spines[:].set_visible(False)
+    marks = [Line2D([], [], color=colour, marker=marker, label=state) for state, (colour, marker) in _LOOKS.items()]
+    claimed = Rectangle((0, 0), 1, 1, color=LIGHT_GREEN, label="range that the claim gives")
+    figure.legend(handles=[*marks, claimed], loc="outside lower center", ncols=4, frameon=False)
+    figure.suptitle(title, fontsize=11)
     return figure
 
 
-def _draw_part(axis: Axes, row: int, part: dict[Any, Any]) -> None:
+def _draw_part(axis: Axes, row: int, part: Mapping[Any, Any]) -> None:
     if np.isnan(part["value"]):
         axis.text(0.5, row, "not defined: 0 / 0", ha="center", va="center", fontsize=7)
         return
@@ -73,8 +66,8 @@ def _draw_part(axis: Axes, row: int, part: dict[Any, Any]) -> None:
         return float(np.clip((value - low) / (high - low), 0, 1))
 
     begin, end = at(part["claimed_low"]), at(part["claimed_high"])
-    axis.barh(row, end - begin, left=begin, height=0.7, color=_CLAIMED, zorder=1)
-    colour, marker = _COLOURS[part["state"]], _MARKERS[part["state"]]
+    axis.barh(row, end - begin, left=begin, height=0.7, color=LIGHT_GREEN, zorder=1)
+    colour, marker = _LOOKS[part["state"]]
     axis.plot([at(part["ci_low"]), at(part["ci_high"])], [row, row], color=colour, linewidth=2, zorder=2)
     axis.plot(at(part["value"]), row, color=colour, marker=marker, markersize=5, zorder=3)
     bounds = [f"{part[name]:.3g}" for name in ("claimed_low", "claimed_high") if np.isfinite(part[name])]

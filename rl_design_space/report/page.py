@@ -1,4 +1,4 @@
-"""The page: all reports of a study's parts in one file that needs no network."""
+"""The page: the reports of several studies in one file that needs no network."""
 
 from __future__ import annotations
 
@@ -11,14 +11,18 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markdown_it import MarkdownIt
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space._version import __version__
+from rl_design_space.config.compose import shipped_config
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import Study, load_study
 
 if TYPE_CHECKING:
-    from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
 _TEMPLATE = "page.html.jinja"
@@ -32,7 +36,7 @@ class Section:
         name: of its study.
         title: its heading.
         body: everything below, as HTML.
-        runs: address of its runs in the MLflow UI; empty if it needs none.
+        runs: address of its runs in the MLflow UI; empty if it needs no runs.
     """
 
     name: str
@@ -48,21 +52,19 @@ class Page:
     Attributes:
         title: of the page.
         sections: names of the studies whose reports it holds, in their order.
-        verdicts: the one of them with the claims, whose verdicts stand on top.
+        verdicts: the study among them with the claims, whose verdicts stand on top.
         ui: address of the MLflow UI, for links to the runs.
+        default: whether `rl-design-report all` writes this page.
     """
 
     title: str
     sections: Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
     verdicts: str
     ui: str
+    default: bool = False
 
     def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
-        """Write every report and index.html into a folder; the paths written."""
-        from rl_design_space.config.compose import shipped_config
-        from rl_design_space.plan.planner import Planner
-        from rl_design_space.plan.study import load_study
-
+        """Write the files of every report and index.html into a folder, see `Report.write`."""
         folder.mkdir(parents=True, exist_ok=True)
         paths, sections = [], []
         with shipped_config():
@@ -79,15 +81,13 @@ class Page:
         return [*paths, page]
 
     def render(self, study: Study, sections: list[Section], verdicts: list[dict[str, str]]) -> str:
-        """The page as HTML.
+        """Return the page as HTML.
 
         Args:
             study: the study of the page.
             sections: its reports.
             verdicts: rows of the ledger of claims.
         """
-        from jinja2 import Environment, PackageLoader, StrictUndefined
-
         loader = PackageLoader("rl_design_space.report", "templates")
         environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
         periods = sorted({planned.point.task.periods for planned in study.plan})
@@ -107,9 +107,13 @@ class Page:
 
 
 def section(name: str, text: Path, runs: str) -> Section:
-    """A report's Markdown as a section of the page, its pictures inside."""
-    from markdown_it import MarkdownIt
+    """Return a report as a section of the page, its pictures inside.
 
+    Args:
+        name: of its study.
+        text: its Markdown file, beside its pictures.
+        runs: address of its runs in the MLflow UI.
+    """
     heading, _, rest = text.read_text(encoding="utf-8").partition("\n")
     body: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(rest)
     body = re.sub(r'src="([^":]+\.png)"', lambda found: f'src="{_inlined(text.parent / found[1])}"', body)
@@ -121,7 +125,7 @@ def _inlined(picture: Path) -> str:
 
 
 def _in_boxes(body: str) -> str:
-    """Tables in boxes of their own, which scroll sideways where a page is narrow; headings below the section's."""
+    """Put each table into a box, which scrolls sideways where the page is narrow, and headings below the section's."""
     body = body.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
     return body.replace("<h2>", "<h3>").replace("</h2>", "</h3>")
 

@@ -1,126 +1,157 @@
-"""A published table, measured: heatmap, CSV and Markdown."""
+"""A published table beside its cells as they were measured: heatmap, CSV and Markdown."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.analysis.published import compare_with_published
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import scaled_to_equal_steps
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from rl_design_space.plan.plan import PlannedPoint
-    from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+from rl_design_space.learning.measures import measure
+from rl_design_space.report.base import MAIN, Frames, Report
+from rl_design_space.report.cells import Line, colour_bar, colour_cells, hatch, write
+from rl_design_space.report.markdown import table
+from rl_design_space.report.runs import Point, Runs
+from rl_design_space.report.style import interval, styled
 
 Axis = Annotated[dict[str, str], Field(min_length=1, max_length=1)]
-#: A mean is called heavy-tailed where the 1 % of periods with most steps need this many times the mean.
-HEAVY_TAIL = 3
+_WHOLE = ",.0f"
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class PublishedTable:
-    """Cells of a table in the paper beside the same cells measured.
+class PublishedTable(Report):
+    """Cells of a published table beside the same cells measured.
 
     Attributes:
-        title: of the picture.
         value: what a period contributes to its cell.
         panel, row, column: each one pair, the column's name in the CSV and the parameter of the points behind it.
         labels: how names and values read in the picture.
-        published: the paper's number by panel, row and column.
+        published: the published number by panel, row and column.
+        source: what the published numbers are called in picture and text.
+        heavy_tail: a cell is marked whose 1 % of periods with most steps need so many times the mean, or more.
     """
 
-    title: str
+    shows: str = "A heatmap for each panel: measured values with their intervals, and the published numbers"
     value: Literal["total_steps", "total_steps_scaled"]
     panel: Axis
     row: Axis
     column: Axis
     labels: dict[str, str]
     published: dict[Any, dict[Any, dict[Any, float]]]
+    source: str = "published"
+    heavy_tail: float = 3
 
     @property
     def axes(self) -> dict[str, str]:
         """CSV column: parameter, of panel, row and column in this order."""
         return {**self.panel, **self.row, **self.column}
 
-    def frame(self, plan: Sequence[PlannedPoint], reader: Reader) -> pd.DataFrame:
-        """The cells, published and measured, see `analysis.published`; `planned` tells those that the plan makes.
+    def frames(self, runs: Runs) -> Frames:
+        """The cells, see `analysis.published`; `planned` tells those that are points of the runs.
 
         Raises:
-            ConfigError: several points of the plan are one cell, or a point has no such parameter.
+            ConfigError: several points are one cell, or no point has such a parameter.
         """
-        import pandas as pd
-
-        from rl_design_space.analysis.published import compare_with_published
-
-        self._check_cells(plan)
-        runs = reader.finished([planned.fingerprint for planned in plan])
-        frames = [
-            self._periods(planned, reader.periods(runs[planned.fingerprint]))
-            for planned in plan
-            if planned.fingerprint in runs
-        ]
+        runs.check(self.axes.values())
+        cells = self._points_by_cell(runs)
+        periods = [frame for key, point in cells.items() if (frame := self._periods(runs, key, point)) is not None]
         empty = pd.DataFrame(columns=[*self.axes, "value", "failed"])
-        cells = compare_with_published(pd.concat(frames) if frames else empty, self._published_cells())
-        asked_for = {self._cell(planned) for planned in plan}
-        return cells.assign(
-            planned=[key in asked_for for key in cells[[*self.axes]].itertuples(index=False, name=None)]
-        )
+        compared = compare_with_published(pd.concat(periods) if periods else empty, self._published_cells())
+        keys = compared[[*self.axes]].itertuples(index=False, name=None)
+        return {MAIN: compared.assign(planned=[key in cells for key in keys])}
 
-    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
-        """Write NAME.png, .svg, .csv and .md into a folder; the paths written."""
-        from rl_design_space.report.heatmap import draw, save
-        from rl_design_space.report.markdown import published_table_text
+    def csv(self, frames: Frames) -> Frames:
+        return {MAIN: frames[MAIN].drop(columns=["top_percent", "planned"])}
 
-        name, cells = study.name, self.frame(study.plan, reader)
-        folder.mkdir(parents=True, exist_ok=True)
-        pictures = save(draw(cells, self), folder / name, study.mark)
-        table, text = folder / f"{name}.csv", folder / f"{name}.md"
-        cells.drop(columns=["top_percent", "planned"]).to_csv(table, index=False)
-        text.write_text(published_table_text(study, cells, self), encoding="utf-8")
-        return [*pictures, table, text]
+    def draw(self, frames: Frames) -> Figure:
+        return draw_published(frames[MAIN], self.title, self.labels, self.source, self.heavy_tail)
+
+    def text(self, frames: Frames) -> list[str]:
+        """The cells, and how far measured and published numbers lie apart."""
+        cells = frames[MAIN]
+        parts = [table(self._shown(cells))]
+        if cells["measured"].notna().any():
+            parts.append(self._distance(cells.dropna(subset="measured")))
+        if outside := int((~cells["planned"]).sum()):
+            parts.append(f"Not asked for: {outside} of {len(cells)} cells.")
+        return [
+            *parts,
+            "Measured: mean over periods of the steps of all trials, with its 95 % BCa bootstrap interval over "
+            "periods; failed trials count with the steps up to the step cap.",
+            f"Heavy tail (†): the 1 % of periods with most steps need {self.heavy_tail:g} times the mean or more. Such "
+            "a mean depends on few periods, published or measured, so its ratio says little.",
+        ]
 
     def label(self, value: object) -> str:
-        """How a name or value reads in the picture."""
+        """Return how a name or value reads in the picture."""
         return self.labels.get(str(value), str(value))
 
-    def _periods(self, planned: PlannedPoint, arrays: Mapping[str, Any]) -> pd.DataFrame:
-        import pandas as pd
+    def _shown(self, cells: pd.DataFrame) -> pd.DataFrame:
+        """Return the cells as texts."""
+        rows = []
+        for cell in cells.to_dict("records"):
+            values = ["missing" if cell["planned"] else "not asked for", "", "", ""]
+            if not np.isnan(cell["measured"]):
+                tail = " †" if cell["top_percent"] >= self.heavy_tail else ""
+                failed = f"{cell['failed_periods']:.1%} ({interval(cell['failed_low'], cell['failed_high'], '.1%')})"
+                values = [
+                    f"{cell['measured']:,.0f}",
+                    interval(cell["ci_low"], cell["ci_high"], _WHOLE),
+                    f"{cell['ratio']:.3f}",
+                    f"{failed}{tail}",
+                ]
+            rows.append([*(cell[axis] for axis in self.axes), f"{cell['paper']:,.0f}", *values])
+        header = [*self.axes, self.source, "measured", "95 % interval", "ratio", "periods with a failed trial"]
+        return pd.DataFrame(rows, columns=header)
 
-        value = arrays["steps"].sum(axis=1, dtype=float)
-        if self.value == "total_steps_scaled":
-            value = scaled_to_equal_steps(value, planned.point.world.shape[0])
-        keys = dict(zip(self.axes, self._cell(planned), strict=True))
-        return pd.DataFrame({**keys, "value": value, "failed": ~arrays["success"].all(axis=1)})
+    def _distance(self, measured: pd.DataFrame) -> str:
+        """Return how far measured and published numbers lie apart, for each panel."""
+        (panel,) = self.panel
+        parts = []
+        for name, here in measured.groupby(panel, sort=False):
+            log_ratio = np.log(here["ratio"])
+            rms, largest = np.expm1(np.sqrt((log_ratio**2).mean())), np.expm1(log_ratio.abs().max())
+            parts.append(f"{self.label(name)}: rms {rms:.1%}, largest {largest:.1%}")
+        return f"Distance from the published numbers (log ratio): {'; '.join(parts)}."
 
-    def _cell(self, planned: PlannedPoint) -> tuple[Any, ...]:
-        """The cell that a point is: panel, row and column."""
-        parameters = planned.parameters
-        for parameter in self.axes.values():
-            if parameter not in parameters:
-                raise ConfigError.unknown("parameter of its points", parameter, parameters)
-        values = (parameters[parameter] for parameter in self.axes.values())
-        return tuple(str(value) if isinstance(value, list) else value for value in values)
+    def _periods(self, runs: Runs, key: tuple[Any, ...], point: Point) -> pd.DataFrame | None:
+        """Return one row for each period of a cell; None if its point is not recorded."""
+        result = runs.result(point)
+        if result is None:
+            return None
+        values, failed = runs.values(point, self.value), measure("failed_periods").each(result)
+        if values is None:
+            raise ConfigError.at(
+                "study.report.value", self.value, "needs square worlds; should be total_steps for others"
+            )
+        return pd.DataFrame({**dict(zip(self.axes, key, strict=True)), "value": values, "failed": failed})
 
-    def _check_cells(self, plan: Sequence[PlannedPoint]) -> None:
-        """Periods of different points must not be averaged into one cell."""
-        seen: dict[tuple[Any, ...], PlannedPoint] = {}
-        for planned in plan:
-            first = seen.setdefault(self._cell(planned), planned)
-            differ = [name for name, value in planned.parameters.items() if first.parameters.get(name) != value]
-            if first is not planned:
+    def _points_by_cell(self, runs: Runs) -> dict[tuple[Any, ...], Point]:
+        """Return the point of each cell: periods of different points must not be averaged into one.
+
+        Raises:
+            ConfigError: several points are one cell.
+        """
+        cells: dict[tuple[Any, ...], Point] = {}
+        for point in runs.points:
+            first = cells.setdefault(point.key(self.axes.values()), point)
+            differ = [name for name, value in point.parameters.items() if first.parameters.get(name) != value]
+            if first is not point:
                 raise ConfigError(f"{', '.join(differ)}: several values for one cell of the table; choose one of them")
+        return cells
 
     def _published_cells(self) -> pd.DataFrame:
-        import pandas as pd
-
         rows = [
             (panel, row, column, value)
             for panel, panel_rows in self.published.items()
@@ -128,3 +159,65 @@ class PublishedTable:
             for column, value in columns.items()
         ]
         return pd.DataFrame(rows, columns=[*self.axes, "paper"])
+
+
+@styled()
+def draw_published(
+    cells: pd.DataFrame, title: str, labels: Mapping[str, str], source: str, heavy_tail: float
+) -> Figure:
+    """Draw one heatmap for each panel: the measured value, and below it interval, published number and ratio.
+
+    Args:
+        cells: as `PublishedTable.frames` returns them; panel, row and column first.
+        title: of the picture.
+        labels: how names and values read.
+        source: what the published numbers are called.
+        heavy_tail: see `PublishedTable`.
+    """
+    panel, row, column = cells.columns[:3]
+    panels = list(cells[panel].unique())
+    measured = cells["measured"].dropna()
+    norm = LogNorm(measured.min(), measured.max()) if len(measured) else LogNorm(1, 10)
+    figure, axes = plt.subplots(
+        1, len(panels), figsize=(5.4 * len(panels) + 0.6, 5.0), layout="constrained", squeeze=False
+    )
+    for axis, name in zip(axes[0], panels, strict=True):
+        here = cells[cells[panel] == name]
+        values = here.pivot_table(index=row, columns=column, values="measured", dropna=False, sort=False)
+        inks = colour_cells(axis, values, norm, square=True)
+        _write_cells(axis, here, values, inks, source, heavy_tail)
+        axis.set_title(labels.get(str(name), str(name)), fontsize=11)
+        axis.set_xlabel(labels.get(column, column))
+        axis.set_ylabel(labels.get(row, row))
+    bar = colour_bar(figure, axes[0].tolist(), norm, shrink=0.8, ticks=LogLocator(subs=(1, 2, 5)), format="{x:,.0f}")
+    bar.set_label("measured, logarithmic")
+    figure.suptitle(title, fontsize=12)
+    figure.supxlabel(
+        "Large: mean over periods, with its 95 % interval. Failures: share of periods in which a trial missed the "
+        f"goal.\n† heavy tail: the 1 % of periods with most steps need {heavy_tail:g} times the mean or more.",
+        fontsize=8,
+    )
+    return figure
+
+
+def _write_cells(
+    axis: Axes, cells: pd.DataFrame, values: pd.DataFrame, inks: list[list[str]], source: str, heavy_tail: float
+) -> None:
+    """Write into every cell of a panel; hatch those that were not measured."""
+    rows, columns = values.index.tolist(), values.columns.tolist()
+    for cell in cells.to_dict("records"):
+        y, x = rows.index(cell[values.index.name]), columns.index(cell[values.columns.name])
+        if np.isnan(cell["measured"]):
+            hatch(axis, x, y, f"not measured\n{source} {cell['paper']:,.0f}")
+            continue
+        failures = cell["failed_periods"]
+        remark = "" if failures == 0 else f"failures {failures:.0%}" if failures >= 0.01 else "failures <1%"
+        remark += " †" if cell["top_percent"] >= heavy_tail else ""
+        lines: list[Line] = [
+            (0.24, f"{cell['measured']:,.0f}", {"fontsize": 13, "fontweight": "bold"}),
+            (0.44, interval(cell["ci_low"], cell["ci_high"], _WHOLE), {"fontsize": 8}),
+            (0.62, f"{source} {cell['paper']:,.0f}", {}),
+            (0.77, f"ratio {cell['ratio']:.2f}", {}),
+            (0.91, remark, {"fontsize": 8, "style": "italic"}),
+        ]
+        write(axis, x, y, lines, inks[y][x])

@@ -1,119 +1,86 @@
-"""Table 3 as a heatmap: convergence speed, solution quality and need for exploration, measured and graded."""
+"""Convergence speed, solution quality and need for exploration as a graded table."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.config.build import construct
-from rl_design_space.report.grades import Cell, Grading, cells_frame
-from rl_design_space.report.study_runs import Runs, Where
-
-if TYPE_CHECKING:
-    from rl_design_space.analysis.quality import Quality
-    from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
-
-_COLUMNS = ("convergence speed", "solution quality", "need for exploration")
+from rl_design_space.analysis.averaging import differing
+from rl_design_space.analysis.quality import Quality, quality
+from rl_design_space.report.base import Frames
+from rl_design_space.report.graded_table import GradedTable, Measured
+from rl_design_space.report.parameters import text
+from rl_design_space.report.runs import Runs, Where
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class QualityMap:
-    """Representations at their best schedules.
+class QualityMap(GradedTable):
+    """Rows of points at the best of their schedules.
+
+    Quantities: speed, trials until the median over periods stays near its final level; over_optimum, steps / optimum
+    of the last trials; exploration, sum of ε over the trials.
 
     Attributes:
-        title: of the report.
-        rows: representations by name, each the values that its points have in common.
-        gradings: how each of the three columns is graded, see `report.grades.Grading`.
-        paper: the paper's grades by row and column.
-        labels: how names read in the picture.
+        rows: by name, each the values that its points have in common.
     """
 
-    title: Annotated[str, Field(min_length=1)]
+    shows: str = "Measured grade of each column for each row, the number behind it, and the published grade"
     rows: dict[str, Where]
-    gradings: dict[str, dict[str, Any]]
-    paper: dict[str, dict[str, str]]
-    labels: dict[str, str]
 
-    def built_gradings(self) -> dict[str, Grading]:
-        """The gradings, validated."""
-        return {name: construct(Grading, self.gradings[name], f"study.report.gradings.{name}") for name in _COLUMNS}
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        return ("speed", "over_optimum", "exploration")
 
-    def measured(self, runs: Runs) -> dict[str, Quality | None]:
-        """What is known of each representation; None if a point of its is missing."""
-        from rl_design_space.analysis.quality import quality
+    def text(self, frames: Frames) -> list[str]:
+        """The cells, the rules of their grades, and how they were measured."""
+        how = (
+            "Each row is taken at its best schedule: the one with the fewest total steps on the periods of even "
+            "number. Speed and quality are those of the periods of odd number. The interval of the exploration is that "
+            "of choosing again in bootstrap resamples; the share of periods that never get near the optimum has a "
+            "Wilson interval."
+        )
+        return [*super().text(frames), how]
 
-        found: dict[str, Quality | None] = {}
+    def measured(self, runs: Runs) -> Mapping[str, Mapping[str, Measured]]:
+        found: dict[str, Mapping[str, Measured]] = {}
         for row, where in self.rows.items():
             points = runs.where(where)
-            recorded = {_schedule(planned.parameters): runs.periods(planned) for planned in points}
-            complete = {name: periods for name, periods in recorded.items() if periods}
-            found[row] = quality(complete) if complete and len(complete) == len(recorded) else None
+            names = schedule_names([point.parameters for point in points])
+            results = {name: runs.result(point) for name, point in zip(names, points, strict=True)}
+            complete = {name: result for name, result in results.items() if result}
+            found[row] = as_measured(quality(complete)) if complete and len(complete) == len(results) else {}
         return found
 
-    def cells(self, measured: Mapping[str, Quality | None]) -> list[Cell]:
-        """The cells of the table, graded."""
-        gradings = self.built_gradings()
-        numbers = {row: _numbers(found) if found else {} for row, found in measured.items()}
-        cells = []
-        for column in _COLUMNS:
-            least = min((each[column][0] for each in numbers.values() if each), default=math.nan)
-            for row, each in numbers.items():
-                number, text = each.get(column, (math.nan, "missing"))
-                grade = gradings[column].grade(number, least) if each else ""
-                cells.append(Cell(row, column, number, text, grade, self.paper[row][column]))
-        return cells
 
-    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
-        """Write NAME.png, .svg, .csv and .md into a folder; the paths written."""
-        from rl_design_space.report.grades_picture import draw, table_lines
-        from rl_design_space.report.heatmap import save
-        from rl_design_space.report.markdown import made_by, missing_points
-
-        runs = Runs(study.plan, reader)
-        cells = self.cells(self.measured(runs))
-        folder.mkdir(parents=True, exist_ok=True)
-        stem = folder / study.name
-        paths = save(draw(cells, self.title, self.labels), stem, study.mark)
-        cells_frame(cells).to_csv(stem.with_suffix(".csv"), index=False)
-        lines = [
-            f"# {self.title}",
-            "",
-            f"![Our grades for each representation, the numbers behind them, and the paper's grades]({study.name}.png)",
-            "",
-            made_by(study),
-            "",
-            *table_lines(cells, self.built_gradings(), self.labels),
-            *missing_points(study, len(runs.missing)),
-            "Each representation is taken at its best schedule, linear or exponential: the one with the fewest total "
-            "steps on the periods of even number. Speed and quality are those of the periods of odd number. The "
-            "interval of the exploration is that of choosing anew in bootstrap resamples; the share of periods that "
-            "never get near the optimum has a Wilson interval.",
-            "",
-        ]
-        stem.with_suffix(".md").write_text("\n".join(lines), encoding="utf-8")
-        return [*paths, stem.with_suffix(".csv"), stem.with_suffix(".md")]
-
-
-def _numbers(found: Quality) -> dict[str, tuple[float, str]]:
-    """What a cell is graded by, and what it says."""
+def as_measured(found: Quality) -> Mapping[str, Measured]:
+    """Return the quantities of a row as numbers and texts."""
     speed, over, never, total = found.speed, found.over_optimum, found.never_near, found.exploration
-    texts = (
-        f"{speed.value:.0f} trials ({speed.low:.0f} – {speed.high:.0f})",
-        f"{over.value:.3f} × optimum ({over.low:.3f} – {over.high:.3f})\n"
-        f"{never.value:.0%} of periods never near ({never.low:.0%} – {never.high:.0%})",
-        f"Σε = {total.value:.1f} ({total.low:.1f} – {total.high:.1f})\nat {found.best}",
-    )
-    return dict(zip(_COLUMNS, zip((speed.value, over.value, total.value), texts, strict=True), strict=True))
+    return {
+        "speed": Measured(speed.value, f"{speed.value:.0f} trials ({speed.low:.0f} – {speed.high:.0f})"),
+        "over_optimum": Measured(
+            over.value,
+            f"{over.value:.3f} × optimum ({over.low:.3f} – {over.high:.3f})\n"
+            f"{never.value:.0%} of periods never near ({never.low:.0%} – {never.high:.0%})",
+        ),
+        "exploration": Measured(
+            total.value, f"Σε = {total.value:.1f} ({total.low:.1f} – {total.high:.1f})\nat {found.best}"
+        ),
+    }
 
 
-def _schedule(parameters: Mapping[str, Any]) -> str:
-    """A schedule by its option and the parameter that varies."""
-    values = [f"{name} = {parameters[f'exploration.{name}']:g}" for name in "kl" if f"exploration.{name}" in parameters]
-    return f"{parameters['exploration']}, {', '.join(values)}"
+def schedule_names(points: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return short names that tell points apart: their schedules, and other choices in which they differ.
+
+    Args:
+        points: by their parameters.
+    """
+    names = dict.fromkeys(["exploration", *differing(points)])
+    return [", ".join(_short(name, point[name]) for name in names if point.get(name) is not None) for point in points]
+
+
+def _short(name: str, value: Any) -> str:
+    """Return `exploration=linear` as `linear`, and `exploration.k=0.03` as `k = 0.03`."""
+    return value if isinstance(value, str) and "." not in name else f"{name.rpartition('.')[2]} = {text(value)}"

@@ -1,1 +1,1 @@
-"""Run planned points: what is recorded is skipped, the rest is learned and recorded once."""
+"""Run planned points: skip recorded points, learn the others, record each once."""

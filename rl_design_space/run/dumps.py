@@ -1,4 +1,4 @@
-"""Dumps: the config and the overrides of each point in a folder of its own, for those who want files."""
+"""Dumps: files with the config and the overrides of each point."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ def write_dumps(points: Iterable[PlannedPoint], folder: Path) -> None:
     """Write `config.yaml` and `overrides.yaml`, as Hydra does for a job, into a folder for each point.
 
     Args:
-        points: to dump.
-        folder: that gets a folder for each, named after the fingerprint.
+        points: the points to dump.
+        folder: parent of the folders, which are named after the fingerprints.
     """
     for planned in points:
         place = folder / planned.fingerprint

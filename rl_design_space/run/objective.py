@@ -1,4 +1,4 @@
-"""The objective: the scalar of a point that a run returns to a sweeper that searches."""
+"""The objective: the scalar that a run returns to a sweeper that optimizes."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from rl_design_space.errors import ConfigError
 
 
 def objective_value(name: str, scalars: Mapping[str, float]) -> float:
-    """The value of the objective among a point's scalars.
+    """Return the value of the objective among the scalars of a point.
 
     Raises:
         ConfigError: the point has no such scalar.
     """
     if name not in scalars:
-        raise ConfigError.at("objective", name, f"a point such as this one has none, only {', '.join(scalars)}")
+        raise ConfigError.at("objective", name, f"this point has no such scalar, only {', '.join(scalars)}")
     return scalars[name]

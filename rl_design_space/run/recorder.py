@@ -1,4 +1,4 @@
-"""Recording results while others are being learned."""
+"""Record results while other points are being learned."""
 
 from __future__ import annotations
 
@@ -14,29 +14,32 @@ from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.tracking.tracker import StoredRun, Tracker
 
-#: Results that may wait to be recorded: enough that the recorder is never idle, few enough to be recorded in seconds.
-_WAITING = 8
+#: Maximum number of queued results: enough that the recorder is never idle, few enough to be recorded in seconds.
+_MAX_QUEUED = 8
 
 
 class Recorder:
-    """One thread that records results in the order in which they come.
+    """A thread that records results in the order in which they are put.
 
-    Left without an error it has recorded everything; left with one, only what it had begun.
+    A context manager: on a normal exit all results are recorded; on an exception, only those whose recording has begun.
 
     Args:
-        tracker: where to.
-        ended: is told of each point when it is recorded, or what went wrong; in the recorder's thread.
+        tracker: records the results.
+        on_recorded: called in the recorder's thread with each point, its learning curves or its error, and its run,
+            which is None if the point failed.
     """
 
     def __init__(
-        self, tracker: Tracker, ended: Callable[[PlannedPoint, LearningCurves | Exception, StoredRun | None], None]
+        self,
+        tracker: Tracker,
+        on_recorded: Callable[[PlannedPoint, LearningCurves | Exception, StoredRun | None], None],
     ) -> None:
         self._tracker = tracker
-        self._ended = ended
+        self._on_recorded = on_recorded
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="record")
-        self._room = BoundedSemaphore(_WAITING)
-        self._waiting: deque[Future[None]] = deque()
-        #: Time spent on recording.
+        self._room = BoundedSemaphore(_MAX_QUEUED)
+        self._queued: deque[Future[None]] = deque()
+        #: Seconds spent on recording.
         self.seconds = 0.0
 
     def __enter__(self) -> Recorder:
@@ -48,19 +51,19 @@ class Recorder:
             self._raise_errors()
 
     def put(self, planned: PlannedPoint, result: LearningCurves | Exception) -> None:
-        """Have a result recorded soon; wait while too many others are waiting.
+        """Queue a result; block while the queue is full.
 
         Raises:
             ConfigError: nothing can be recorded.
-            Exception: whatever `ended` raised for an earlier point.
+            Exception: the error that `on_recorded` raised for an earlier point.
         """
         self._room.acquire()
-        self._waiting.append(self._pool.submit(self._record, planned, result))
+        self._queued.append(self._pool.submit(self._record, planned, result))
         self._raise_errors()
 
     def _raise_errors(self) -> None:
-        while self._waiting and self._waiting[0].done():
-            self._waiting.popleft().result()
+        while self._queued and self._queued[0].done():
+            self._queued.popleft().result()
 
     def _record(self, planned: PlannedPoint, result: LearningCurves | Exception) -> None:
         started = perf_counter()
@@ -68,7 +71,7 @@ class Recorder:
         try:
             if not isinstance(result, Exception):
                 stored = self._tracker.record(planned, result)
-        except ConfigError:  # nothing can be recorded any more
+        except ConfigError:  # no further result can be recorded either
             raise
         except Exception as error:
             result = error
@@ -76,4 +79,4 @@ class Recorder:
             self._tracker.unlock(planned.fingerprint)
             self._room.release()
             self.seconds += perf_counter() - started
-        self._ended(planned, result, stored)
+        self._on_recorded(planned, result, stored)

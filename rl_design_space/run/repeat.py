@@ -1,4 +1,4 @@
-"""Whether a recorded run can be had again."""
+"""Re-run a recorded point and compare the results bit for bit."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from rl_design_space.tracking.tracker import StoredRun
 if TYPE_CHECKING:
     from rl_design_space.tracking.read import RunReader
 
-#: What is compared: everything else follows from it.
+#: The arrays that are compared; all other results follow from them.
 _COMPARED = ("steps", "success", "optimum", "rows", "epsilon")
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Of a run and its point, learned again.
+    """The comparison of a recorded run with a new run of its point.
 
     Attributes:
-        same: whether they are, bit by bit.
-        text: the same in words.
+        same: whether the results are identical, bit for bit.
+        text: the result as a message.
     """
 
     same: bool
@@ -36,34 +36,34 @@ class Comparison:
 
 
 def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
-    """Learn the point of a run again, from the config that is kept with it.
+    """Learn the point of a run again, from the config that the run holds, and compare the results.
 
     Args:
-        reader: of the store.
-        run_id: of the run, or its beginning.
-        threads: cores that learn, all if None.
+        reader: reads the store.
+        run_id: id of the run, or a prefix of it.
+        threads: number of threads that learn; all cores if None.
 
     Raises:
-        ConfigError: there is no such run, several, or it did not keep its periods.
+        ConfigError: no run or several runs match, or the run does not hold its periods.
     """
     frame = reader.frame()
     found = frame[frame.index.str.startswith(run_id)] if run_id else frame[:0]
     if len(found) != 1:
         how_many = "no complete run has" if found.empty else f"{len(found)} runs have"
-        raise ConfigError(f"{run_id}: {how_many} an id that begins so")
+        raise ConfigError(f"{run_id}: {how_many} an id that begins with this")
     row = found.iloc[0]
     run = StoredRun(str(found.index[0]), artifacts=str(row["artifacts"]))
     recorded = reader.periods(run)
     if "steps" not in recorded:
         raise ConfigError(
-            f"{run.run_id}: kept its curves alone (tracking.artifact=curves); its periods cannot be compared"
+            f"{run.run_id}: holds its curves only (tracking.artifact=curves), so its periods cannot be compared"
         )
     point = _point(reader.config(run))
     curves = simulate(point, threads)
     different = [name for name in _COMPARED if not np.array_equal(recorded[name], getattr(curves, name))]
     what = f"{row['name']} (run {run.run_id})"
     if not different:
-        return Comparison(True, f"identical: {what}, {curves.steps.size:,} trials, bit by bit")
+        return Comparison(True, f"identical: {what}, {curves.steps.size:,} trials, bit for bit")
     why = "" if fingerprint(point) == row["fingerprint"] else "; the code that it depends on has changed since"
     return Comparison(False, f"different: {what}, in {', '.join(different)}{why}")
 

@@ -1,105 +1,61 @@
-"""Run planned points: skip what is stored, learn the rest, record each once."""
+"""Run a plan: skip the recorded points, learn the others, record each once."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, nullcontext
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, nullcontext
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.cost import expected_moves
+from rl_design_space.plan.cost import expected_steps
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.executor import Executor
+from rl_design_space.run.outcome import Outcome, describe_error, summary_run
 from rl_design_space.run.recorder import Recorder
-from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding, Tracker
+from rl_design_space.tracking.tracker import StoredRun, Tracker
 
-#: Numbers of points by what became of them, in words.
-_COUNTED = {
-    "already": "recorded before",
-    "done": "learned now",
-    "elsewhere": "by another process",
-    "failed": "failed",
-    "left": "not run",
-}
-#: Seconds between two looks at a point that another process is learning.
-_PATIENCE = 0.5
+OnError = Literal["continue", "stop"]
 
 
-class Watcher(Protocol):
-    """Is told what becomes of the points of a sweep."""
+class SweepMonitor(Protocol):
+    """Receives the events of a sweep, from several threads."""
 
-    def started(self, planned: PlannedPoint) -> None:
-        """A point is about to be learned."""
+    def point_started(self, planned: PlannedPoint) -> None:
+        """Handle the start of a point."""
         ...
 
-    def learned(self, planned: PlannedPoint) -> None:
-        """A point has been learned, or has failed; it waits to be recorded."""
+    def point_learned(self, planned: PlannedPoint) -> None:
+        """Handle a point that was learned or failed and is not recorded yet."""
         ...
 
-    def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
-        """A point has been recorded, by this process or by another one; or it has failed."""
+    def point_ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
+        """Handle the end of a point.
+
+        Args:
+            planned: the point.
+            result: learning curves if this process recorded the point, its run if another process did, or the error.
+        """
         ...
 
-    def waiting(self, left: int, trouble: str) -> None:
-        """All is learned; so many records are still to be told to the store, and this is wrong with it, if anything."""
+    def delivering(self, pending: int, problem: str) -> None:
+        """Handle progress of the delivery, after all points were learned.
+
+        Args:
+            pending: number of pending records.
+            problem: what is wrong with the store; empty if nothing is.
+        """
         ...
-
-
-@dataclass
-class Outcome:
-    """What became of the points of a sweep.
-
-    Attributes:
-        points: how many there are.
-        already: recorded before.
-        done: learned and recorded now.
-        elsewhere: recorded meanwhile by another process.
-        failed: what went wrong, by the fingerprint of the point.
-        stored: the records of all others, by fingerprint.
-        delivery: which records are not delivered yet, or cannot be.
-        moves: primitive moves learned.
-        seconds: time spent, by what on; learning is the sum over all threads.
-    """
-
-    points: int = 0
-    already: int = 0
-    done: int = 0
-    elsewhere: int = 0
-    failed: dict[str, str] = field(default_factory=dict)
-    stored: dict[str, StoredRun] = field(default_factory=dict)
-    delivery: DeliveryStatus = field(default_factory=DeliveryStatus)
-    moves: float = 0.0
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Numbers of points by what became of them."""
-        left = self.points - self.already - self.done - self.elsewhere - len(self.failed)
-        return {
-            "already": self.already,
-            "done": self.done,
-            "elsewhere": self.elsewhere,
-            "failed": len(self.failed),
-            "left": left,
-        }
-
-    def lose(self, lost: Mapping[str, str]) -> None:
-        """Count points as failed whose records cannot be stored; why, by fingerprint."""
-        for fingerprint, why in lost.items():
-            if self.stored.pop(fingerprint, None):
-                self.done -= 1
-            self.failed[fingerprint] = f"its record {why}"
 
 
 @dataclass(frozen=True)
 class Missing:
-    """What of a plan is still to be run.
+    """The points of a plan that have no complete run.
 
     Attributes:
-        points: the points without a complete run, those that probably take longest first.
-        stored: the others' runs, by fingerprint.
+        points: these points, in descending order of expected cost.
+        stored: the runs of the other points, by fingerprint.
     """
 
     points: list[PlannedPoint]
@@ -107,175 +63,118 @@ class Missing:
 
 
 def missing(plan: Plan, tracker: Tracker) -> Missing:
-    """Which points of a plan a tracker does not have."""
+    """Return the points of a plan that a tracker has no complete run of."""
     stored = tracker.finished([planned.fingerprint for planned in plan])
     points = [planned for planned in plan if planned.fingerprint not in stored]
-    return Missing(sorted(points, key=lambda planned: -expected_moves(planned.point)), stored)
-
-
-def run_point(
-    planned: PlannedPoint, tracker: Tracker, threads: int | None, waiting: Callable[[], None] = lambda: None
-) -> tuple[StoredRun, bool]:
-    """The record of a point, and whether it had to be learned for it.
-
-    Args:
-        planned: the point.
-        tracker: where results are.
-        threads: cores that learn, all if None.
-        waiting: is called once if another process is at this point, which is then waited for.
-    """
-    from rl_design_space.learning import simulate
-
-    fingerprint = planned.fingerprint
-    stored = tracker.finished([fingerprint]).get(fingerprint)
-    while stored is None and not tracker.lock(fingerprint):
-        waiting()
-        waiting = _nothing
-        time.sleep(_PATIENCE)
-        stored = tracker.recorded_since(fingerprint)
-    stored = stored or tracker.recorded_since(fingerprint)
-    try:
-        if stored:
-            tracker.add_studies({fingerprint: stored}, {fingerprint: planned.studies})
-            return stored, False
-        return tracker.record(planned, simulate(planned.point, threads)), True
-    finally:
-        tracker.unlock(fingerprint)
+    return Missing(sorted(points, key=lambda planned: -expected_steps(planned.point)), stored)
 
 
 def run_sweep(
     plan: Plan,
     tracker: Tracker,
     executor: Executor,
-    watcher: Watcher,
+    monitor: SweepMonitor,
     *,
     command: str = "",
-    on_error: Literal["continue", "stop"] = "continue",
+    on_error: OnError = "continue",
     found: Missing | None = None,
     summarised: bool = True,
 ) -> Outcome:
-    """Run the points of a plan that the tracker does not have.
+    """Run the points of a plan that have no complete run.
 
     Args:
-        plan: what to run.
-        tracker: where results go.
-        executor: who learns.
-        watcher: is told of every point that starts or ends, from several threads.
-        command: that runs this sweep, for the record.
-        on_error: whether a point that fails leaves the others alone, or keeps them from being begun.
-        found: what `missing` says, if it was asked already.
+        plan: the points of the sweep.
+        tracker: records results.
+        executor: learns the points.
+        monitor: receives the events of the sweep.
+        command: the command line of this sweep, which the summary run records.
+        on_error: `stop` starts no further point after one has failed.
+        found: the result of `missing`, if it is known already.
         summarised: whether the sweep gets a summary run.
     """
     found = found or missing(plan, tracker)
     outcome = Outcome(len(plan), already=len(found.stored), stored=dict(found.stored))
     add_studies(plan, found.stored, tracker)
     if found.points:
-        with summary(plan, outcome, tracker, command) if summarised else nullcontext():
-            _learn(found.points, tracker, executor, watcher, outcome, on_error)
+        with summary_run(plan, outcome, tracker, command) if summarised else nullcontext():
+            _Sweep(tracker, monitor, outcome).learn(found.points, executor, on_error)
             started = time.perf_counter()
-            outcome.lose(tracker.wait_for_delivery(watcher.waiting).lost)
+            outcome.count_lost(tracker.wait_for_delivery(monitor.delivering).lost)
             outcome.seconds["delivery"] = time.perf_counter() - started
-    outcome.delivery = tracker.wait_for_delivery(watcher.waiting)
+    outcome.delivery = tracker.wait_for_delivery(monitor.delivering)
     return outcome
 
 
-@contextmanager
-def summary(plan: Plan, outcome: Outcome, tracker: Tracker, command: str) -> Iterator[None]:
-    """A summary run around what happens inside, closed whatever happens: Hydra's end callbacks skip failed jobs."""
-    record = tracker.open_sweep(plan, command)
-    started = time.perf_counter()
-    status = "KILLED"
-    try:
-        yield
-        status = "FAILED" if outcome.failed else "FINISHED"
-    finally:
-        outcome.seconds["run"] = time.perf_counter() - started
-        failures = {
-            planned.command: outcome.failed[planned.fingerprint]
-            for planned in plan
-            if planned.fingerprint in outcome.failed
-        }
-        counts = {name: count for name, count in outcome.counts.items() if count or name == "done"}
-        verdict = ", ".join(f"{count:,} {_COUNTED[name]}" for name, count in counts.items())
-        record.close(SweepEnding(status, verdict, outcome.counts, failures, outcome.stored))
-
-
 def add_studies(plan: Plan, stored: Mapping[str, StoredRun], tracker: Tracker) -> None:
-    """Note of stored points that they belong to the studies of a plan."""
+    """Add the studies of a plan to the stored runs of its points."""
     tracker.add_studies(stored, {planned.fingerprint: planned.studies for planned in plan})
 
 
-def describe_error(error: BaseException) -> str:
-    """An error in one line, with the place where it was raised."""
-    trace = error.__traceback__
-    while trace and trace.tb_next:
-        trace = trace.tb_next
-    place = f" ({trace.tb_frame.f_code.co_filename}:{trace.tb_lineno})" if trace else ""
-    return " ".join(f"{type(error).__name__}: {error}{place}".split())
+class _Sweep:
+    """Locks, learns and records points, and counts them in an outcome."""
 
+    def __init__(self, tracker: Tracker, monitor: SweepMonitor, outcome: Outcome) -> None:
+        self._tracker = tracker
+        self._monitor = monitor
+        self._outcome = outcome
+        self._learning_seconds = 0.0
+        #: Fingerprints of points that were started and have not ended; this process holds their locks.
+        self._started: set[str] = set()
 
-def _learn(
-    points: Sequence[PlannedPoint],
-    tracker: Tracker,
-    executor: Executor,
-    watcher: Watcher,
-    outcome: Outcome,
-    on_error: Literal["continue", "stop"],
-) -> None:
-    learning = 0.0
-    claims: set[str] = set()
+    def learn(self, points: Sequence[PlannedPoint], executor: Executor, on_error: OnError) -> None:
+        outcome = self._outcome
+        try:
+            with (
+                Recorder(self._tracker, self._point_ended) as recorder,
+                closing(executor.learn(self._lockable(points))) as results,
+            ):
+                for planned, result in results:
+                    self._monitor.point_learned(planned)
+                    recorder.put(planned, result)
+                    if on_error == "stop" and (outcome.failed or isinstance(result, Exception)):
+                        break
+        finally:
+            for fingerprint in self._started:
+                self._tracker.unlock(fingerprint)
+        outcome.seconds |= {"learning": self._learning_seconds, "recording": recorder.seconds}
 
-    def ended(planned: PlannedPoint, result: LearningCurves | Exception, stored: StoredRun | None) -> None:
-        nonlocal learning
-        claims.discard(planned.fingerprint)
+    def _point_ended(self, planned: PlannedPoint, result: LearningCurves | Exception, stored: StoredRun | None) -> None:
+        outcome = self._outcome
+        self._started.discard(planned.fingerprint)
         if isinstance(result, Exception):
             outcome.failed[planned.fingerprint] = describe_error(result)
         else:
             outcome.done += 1
             if stored:
                 outcome.stored[planned.fingerprint] = stored
-            outcome.moves += float(result.total_steps.sum())
-            learning += result.seconds
-        watcher.ended(planned, result)
+            outcome.steps += float(result.total_steps.sum())
+            self._learning_seconds += result.seconds
+        self._monitor.point_ended(planned, result)
 
-    claimed = _claimed(points, tracker, watcher, outcome, claims)
-    try:
-        with Recorder(tracker, ended) as recorder, closing(executor.learn(claimed)) as results:
-            for planned, result in results:
-                watcher.learned(planned)
-                recorder.put(planned, result)
-                if on_error == "stop" and (outcome.failed or isinstance(result, Exception)):
-                    break
-    finally:
-        for fingerprint in claims:  # of points that were begun and not ended
-            tracker.unlock(fingerprint)
-    outcome.seconds |= {"learning": learning, "recording": recorder.seconds}
+    def _lockable(self, points: Sequence[PlannedPoint]) -> Iterator[PlannedPoint | None]:
+        """Lock and yield the points one by one; yield None while other processes hold the locks of the remaining ones.
 
+        Points that another process has recorded since are counted and skipped.
+        """
+        left = points
+        while left:
+            busy = []
+            for planned in left:
+                if not self._tracker.lock(planned.fingerprint):
+                    busy.append(planned)
+                elif stored := self._tracker.recorded_since(planned.fingerprint):
+                    self._tracker.unlock(planned.fingerprint)
+                    self._skip(planned, stored)
+                else:
+                    self._started.add(planned.fingerprint)
+                    self._monitor.point_started(planned)
+                    yield planned
+            left = busy
+            if left:
+                yield None
 
-def _claimed(
-    points: Sequence[PlannedPoint], tracker: Tracker, watcher: Watcher, outcome: Outcome, claims: set[str]
-) -> Iterator[PlannedPoint | None]:
-    """Points as they can be claimed; None while others are at those that are left."""
-    left = points
-    while left:
-        busy = []
-        for planned in left:
-            if not tracker.lock(planned.fingerprint):
-                busy.append(planned)
-            elif stored := tracker.recorded_since(planned.fingerprint):
-                tracker.unlock(planned.fingerprint)
-                tracker.add_studies({planned.fingerprint: stored}, {planned.fingerprint: planned.studies})
-                outcome.elsewhere += 1
-                outcome.stored[planned.fingerprint] = stored
-                watcher.ended(planned, stored)
-            else:
-                claims.add(planned.fingerprint)
-                watcher.started(planned)
-                yield planned
-        left = busy
-        if left:
-            yield None
-
-
-def _nothing() -> None:
-    pass
+    def _skip(self, planned: PlannedPoint, stored: StoredRun) -> None:
+        self._tracker.add_studies({planned.fingerprint: stored}, {planned.fingerprint: planned.studies})
+        self._outcome.elsewhere += 1
+        self._outcome.stored[planned.fingerprint] = stored
+        self._monitor.point_ended(planned, stored)

@@ -1,4 +1,4 @@
-"""Settings: how points are run, where they are recorded."""
+"""Settings: how points are run and where they are recorded."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from rl_design_space.config.compose import CONFIG_NAME, shipped_config
 from rl_design_space.config.explain import explain
 from rl_design_space.config.overrides import SETTINGS, is_setting
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking import MlflowTracking, Tracking
 
@@ -30,7 +31,7 @@ def _known_scalar(name: str) -> str:
 
 
 def _shard(text: Any) -> Any:
-    """`2/8` as (2, 8)."""
+    """Convert `2/8` to (2, 8)."""
     if not isinstance(text, str):
         return text
     found = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", text)
@@ -41,15 +42,15 @@ def _shard(text: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Settings:
-    """How points are run, which does not change their results.
+    """How points are run; no setting changes their results.
 
     Attributes:
-        outputs: folder that everything is written into.
-        threads: cores that learn, all if None.
-        plan: show what would run, and stop.
-        shard: which part of a sweep to run, and of how many, if not all.
-        on_error: whether a sweep goes on when a point fails.
-        objective: the scalar that a run returns, for sweepers that search.
+        outputs: folder that all files are written to.
+        threads: number of threads that learn; all cores if None.
+        plan: whether to show the plan only.
+        shard: which part of a sweep to run, as (number, number of parts); the whole sweep if None.
+        on_error: whether a sweep continues or stops when a point fails.
+        objective: the scalar that a run returns, for sweepers that optimize.
         tracking: where results are recorded.
     """
 
@@ -61,21 +62,26 @@ class Settings:
     objective: Annotated[str, AfterValidator(_known_scalar)]
     tracking: Tracking
 
+    @property
+    def learning_threads(self) -> int:
+        """Number of threads that learn."""
+        return self.threads or available_threads()
+
 
 def build_settings(config: DictConfig) -> Settings:
-    """The settings of a composed config.
+    """Build the settings of a composed config.
 
     Raises:
-        ConfigError: as `build_values`.
+        ConfigError: a key is missing, unknown or has a value that is not allowed.
     """
     return construct(Settings, {field.name: build_component(config, field.name) for field in fields(Settings)})
 
 
 def settings_of(overrides: Sequence[str]) -> Settings:
-    """The settings that these overrides of the configuration describe, e.g. `outputs=elsewhere`.
+    """Build the settings that these overrides describe, e.g. `outputs=elsewhere`.
 
     Raises:
-        ConfigError: an override is not understood, concerns a point, or its value is not allowed.
+        ConfigError: an override cannot be parsed, is not a setting, or its value is not allowed.
     """
     for override in overrides:
         if not is_setting(override):
@@ -88,10 +94,10 @@ def settings_of(overrides: Sequence[str]) -> Settings:
 
 
 def store_of(overrides: Sequence[str]) -> MlflowTracking:
-    """Where results are recorded by these settings.
+    """Return the tracking store of the settings that these overrides describe.
 
     Raises:
-        ConfigError: as `settings_of`, or nowhere.
+        ConfigError: as for `settings_of`, or the settings record nothing.
     """
     tracking = settings_of(overrides).tracking
     if not isinstance(tracking, MlflowTracking):

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
-
 from benchmarks import browse
 
 
-def test_everything_is_asked_for_twice(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(browse, "_RUNS", 9)
-    monkeypatch.setattr(browse, "_REAL", 2)
+def test_everything_is_asked_for_twice():
     said: list[str] = []
-    calls = browse.measure(rounds=1, report=said.append)
+    calls = browse.measure(rounds=1, report=said.append, runs=9, learned=2)
     assert said[0].startswith("browse: 9 runs, ")
     assert (calls["seconds"] > 0).all()
     rows = browse.summary(calls).set_index("request")

@@ -9,11 +9,8 @@ import pytest
 from benchmarks import roofline
 
 
-def test_every_part_and_look_up_is_timed_in_every_round(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(roofline, "_TURNS", 10)
-    monkeypatch.setattr(roofline, "_LOOK_UPS", 1000)
-    monkeypatch.setattr(roofline, "FOOTPRINTS_KIB", (16, 128))
-    calls = roofline.measure(rounds=2, report=lambda _: None)
+def test_every_part_and_look_up_is_timed_in_every_round():
+    calls = roofline.measure(rounds=2, report=lambda _: None, turns=10, look_ups=1000, footprints_kib=(16, 128))
     parts = [roofline.WHOLE, roofline.DECIDE, roofline.MOVE, roofline.UPDATE, roofline.KEEP]
     assert calls["case"].tolist() == 2 * [*parts, roofline.WAIT, roofline.WAIT]
     assert (calls["ns"] > 0).all()

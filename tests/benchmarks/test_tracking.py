@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from benchmarks import tracking
 
 CASE = f"{tracking.OURS}, defaults, 1 of 1 cores learn"
 
 
-def test_a_round_records_and_learns_in_every_way(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(tracking, "_NAIVE", 1)
-    monkeypatch.setattr(tracking, "WORK", {"defaults": tracking.Work((), points=1, few=1, many=3)})
-    monkeypatch.setattr(tracking, "available_threads", lambda: 1)
-    calls = tracking.measure(rounds=1, report=lambda _: None).set_index("case")
+def test_a_round_records_and_learns_in_every_way():
+    works = {"defaults": tracking.Work((), points=1, few=1, many=3)}
+    calls = tracking.measure(1, lambda _: None, works=works, cores=1, naive_points=1).set_index("case")
     assert list(calls.index) == [CASE, tracking.NAIVE]
     assert (calls.loc[CASE, ["slowed", "learn_ms"]] > 0).all()
     assert calls.loc[tracking.NAIVE, "cpu_ms"] > 0

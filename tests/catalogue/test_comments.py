@@ -1,4 +1,4 @@
-"""What YAML comments say of a file and of its keys."""
+"""Descriptions of a file and of its keys from YAML comments."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ plain: '#'
 last: a#b"""
 
 
-def test_a_file_says_what_it_is_behind_what_is_for_programs():
+def test_the_leading_comment_follows_directives():
     assert leading_comment(TEXT) == "What the file is, e.g. an option. More of it."
 
 
 @pytest.mark.parametrize("text", ["", "a: 1", "# @package x", "\n\na: 1 # b", "a: 1\n# b"])
-def test_a_file_may_say_nothing(text: str):
+def test_a_file_may_have_no_leading_comment(text: str):
     assert leading_comment(text) == ""
 
 
@@ -51,12 +51,12 @@ def test_the_comment_of_a_key_is_behind_it_or_above_it():
     }
 
 
-def test_a_comment_that_begins_the_file_is_about_the_file():
+def test_a_comment_at_the_beginning_describes_the_file():
     assert key_comments("# the file\nkey: 1\n") == {}
 
 
 @pytest.mark.parametrize("text", ["", "# only a comment", "- a # list\n- b", "text"])
-def test_a_file_without_keys_says_nothing_of_them(text: str):
+def test_a_file_without_keys_has_no_comments_of_keys(text: str):
     assert key_comments(text) == {}
 
 
@@ -71,5 +71,5 @@ def test_a_file_without_keys_says_nothing_of_them(text: str):
         ("", ""),
     ],
 )
-def test_the_first_sentence_is_short_for_all(text: str, sentence: str):
+def test_the_first_sentence_is_the_summary(text: str, sentence: str):
     assert first_sentence(text) == sentence

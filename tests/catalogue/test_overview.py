@@ -23,10 +23,10 @@ def test_the_help_of_the_report_lists_the_studies(capsys: pytest.CaptureFixture[
 def test_every_command_has_a_summary_of_one_sentence():
     assert list(words.summaries()) == words.names()
     assert {"list", "show"} <= set(words.names())
-    assert all(said and not said.endswith(".") for said in words.summaries().values())
+    assert all(summary and not summary.endswith(".") for summary in words.summaries().values())
 
 
-def test_columns_are_as_wide_as_their_widest_name_and_wrap_behind_it():
+def test_names_are_padded_to_the_widest_and_descriptions_wrap():
     lines = list(columns({"a": "word " * 30, "long": ""}))
     assert lines[0].startswith("  a     word word")
     assert lines[1].startswith("        word")

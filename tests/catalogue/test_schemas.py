@@ -1,4 +1,4 @@
-"""The schemas for editors: up to date, right about every shipped file, and of use to who makes a mistake."""
+"""The schemas for editors are up to date, accept every shipped file, and point at mistakes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import yaml
 from jsonschema import Draft7Validator
 
 from rl_design_space._paths import CONF
-from rl_design_space.catalogue.schemas import made, schema_files
+from rl_design_space.catalogue.schemas import generated, schema_files
 
 FILES = sorted(CONF.rglob("*.yaml"))
 MODELINE = re.compile(r"^# yaml-language-server: \$schema=(\S+)$", re.MULTILINE)
@@ -31,7 +31,7 @@ def validator(schema: Path) -> Draft7Validator:
 
 
 def problems(text: str, group: str) -> dict[str, str]:
-    """What an editor would underline: the dotted place of each problem, and what it says."""
+    """Return the messages that an editor would show, by dotted path."""
     found = validator(CONF / group / "schema.json").iter_errors(_as_editors_see(yaml.safe_load(text)))
     said: dict[str, str] = {}
     for error in found:
@@ -41,7 +41,7 @@ def problems(text: str, group: str) -> dict[str, str]:
 
 
 def _as_editors_see(value: Any) -> Any:
-    """Keys are text to an editor, 10 as well as world."""
+    """Return the content with all keys as text, as editors read them."""
     if isinstance(value, dict):
         return {str(key): _as_editors_see(inner) for key, inner in value.items()}
     return [_as_editors_see(inner) for inner in value] if isinstance(value, list) else value
@@ -53,16 +53,16 @@ def name_of(file: Path) -> str:
 
 def test_the_files_are_up_to_date():
     files = {path.relative_to(CONF).as_posix(): path.read_text(encoding="utf-8") for path in CONF.rglob("*.json")}
-    assert files == made(), "write them again: python -m rl_design_space.catalogue.schemas"
+    assert files == generated(), "renew them: make schemas"
 
 
 @pytest.mark.parametrize("schema", sorted(CONF.rglob("schema.json")), ids=name_of)
-def test_a_schema_is_one(schema: Path):
+def test_a_schema_is_valid(schema: Path):
     Draft7Validator.check_schema(json.loads(schema.read_text(encoding="utf-8")))
 
 
 @pytest.mark.parametrize("file", FILES, ids=name_of)
-def test_a_shipped_file_names_its_schema_and_keeps_to_it(file: Path):
+def test_a_shipped_file_names_its_schema_and_conforms_to_it(file: Path):
     text = file.read_text(encoding="utf-8")
     (named,) = MODELINE.findall(text)
     assert (file.parent / named).resolve() == file.parent / "schema.json"
@@ -90,7 +90,7 @@ def test_a_shipped_file_names_its_schema_and_keeps_to_it(file: Path):
         ("", "{defaults: [{world: torus}, _self_], seed: 1, threads: 2, exploration: {k: 0.1}}"),
     ],
 )
-def test_what_hydra_takes_is_taken(group: str, text: str):
+def test_files_that_hydra_accepts_are_valid(group: str, text: str):
     assert problems(text, group) == {}
 
 
@@ -132,24 +132,27 @@ def test_what_hydra_takes_is_taken(group: str, text: str):
         ),
         ("study", "blocks: [a, b]", "blocks", "is not of type 'object'"),
         ("", "{seed: '1'}", "seed", "'1' is not valid"),
-        # A class that there is not, or none.
+        # A class that does not exist, or no class.
         ("exploration", "{_target_: rl_design_space.design.Linaer}", "_target_", "Linaer' is not valid"),
         ("exploration", "{k: 0.1}", "", "'_target_' is a required property"),
         ("tracking", "{_target_: rl_design_space.tracking.MlflowTracking}", "", "'uri' is a required property"),
     ],
 )
-def test_a_mistake_is_shown_where_it_is(group: str, text: str, place: str, says: str):
+def test_a_mistake_is_reported_at_its_place(group: str, text: str, place: str, says: str):
     found = problems(text, group)
     assert list(found) == [place]
     assert says in found[place]
 
 
-def test_editors_can_explain_every_value_of_a_component():
+def test_every_field_of_a_component_has_a_description():
+    explained = 0
     for schema in CONF.rglob("schema.json"):
         for rule in json.loads(schema.read_text(encoding="utf-8")).get("allOf", []):
             fields = rule["then"].get("properties", {})
             unexplained = {name for name, field in fields.items() if "description" not in field}
             assert unexplained <= {"_target_", "defaults"}, schema
+            explained += len(fields) - len(unexplained)
+    assert explained > 20
 
 
 def test_every_group_with_options_has_a_schema():

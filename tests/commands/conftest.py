@@ -1,4 +1,4 @@
-"""A folder of a user's own, with what is right and what is not; and the commands, run in this process."""
+"""A user config folder with valid and invalid files, and subcommands run in this process."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ constraints:
 
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A config folder, whose components can be imported."""
+    """Create a config folder whose components can be imported."""
     folder = tmp_path / "it's mine"
     for name, text in FILES.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -78,7 +78,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def said(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., str]:
-    """Run a command and return what it says, its columns one space apart."""
+    """Run a subcommand and return its output, with columns one space apart."""
     monkeypatch.setattr(console, "_width", 300)
 
     def run(word: str, *arguments: str) -> str:
@@ -91,7 +91,7 @@ def said(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.fixture
 def told(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
-    """Run a command and return what it tells programs."""
+    """Run a subcommand with `--json` and return its output."""
 
     def run(word: str, *arguments: str) -> Any:
         words.run(word, [*arguments, "--json"])

@@ -1,4 +1,4 @@
-"""Whole runs through the real commands; each costs seconds, so there are few and tests share them."""
+"""Whole runs through the real commands; each takes seconds, so tests share them."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import csv
 import shlex
 import signal
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
-from tests.command_runner import Command, Completed, commands_in, runs, started
+from tests.command_runner import Command, Completed, commands_in, finished, next_line, runs, started, wait_until
+from tests.tracking.stores import copy_database
 
 SMALL = ("task.periods=3", "task.trials=5")
 SMALL_TABLE = (*SMALL, "world.size=10,20", "task.goals=1")
@@ -38,20 +38,21 @@ class Endless(Torus):
     def next_cell(self):
         if self.size == 5 and threading.current_thread() is not threading.main_thread():  # which plans
             print("endless", file=sys.stderr, flush=True)
-            threading.Event().wait()
+            threading.Event().wait(600)
         return super().next_cell()
 """
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The current folder of all commands, with a module of the user's own in it."""
+    """Return the current folder of all commands."""
     return tmp_path_factory.mktemp("commands")
 
 
 @pytest.fixture(scope="module")
-def command(folder: Path) -> Command:
+def command(folder: Path, empty_database: Path) -> Command:
     run = commands_in(folder)
+    copy_database(empty_database, folder / "out" / "mlflow.db")
     (folder / "own" / "mine.py").write_text(OWN_MODULE, encoding="utf-8")
     return run
 
@@ -119,7 +120,7 @@ def test_a_study_learns_its_points(small_table: Completed, folder: Path):
     assert ("table4", "FINISHED") in runs(folder, "sweeps")
 
 
-def test_a_study_that_is_complete_learns_nothing(small_table: Completed, command: Command, folder: Path):
+def test_a_complete_study_learns_nothing(small_table: Completed, command: Command, folder: Path):
     before = runs(folder), runs(folder, "sweeps")
     again = command("rl-design-space", "study=table4", *SMALL_TABLE)
     (outcome,) = again.stdout.splitlines()
@@ -127,7 +128,7 @@ def test_a_study_that_is_complete_learns_nothing(small_table: Completed, command
     assert (runs(folder), runs(folder, "sweeps")) == before
 
 
-def test_a_report_is_written_from_what_was_tracked(small_table: Completed, command: Command, folder: Path):
+def test_a_report_is_written_from_recorded_runs(small_table: Completed, command: Command, folder: Path):
     done = command("rl-design-report", "table4", *SMALL_TABLE)
     paths = [folder / line for line in done.stdout.splitlines()]
     assert {path.name for path in paths} == {f"table4.{suffix}" for suffix in ("png", "svg", "csv", "md")}
@@ -139,7 +140,7 @@ def test_a_report_is_written_from_what_was_tracked(small_table: Completed, comma
     assert measured == {(way, size, "1") for way in ("ad_hoc", "direction") for size in ("10", "20")}
 
 
-# Mistakes.
+# Errors in the configuration.
 
 
 @pytest.mark.parametrize(
@@ -152,25 +153,25 @@ def test_a_report_is_written_from_what_was_tracked(small_table: Completed, comma
     ],
     ids=["point", "study", "option", "report"],
 )
-def test_a_mistake_is_one_line_and_status_two(words: tuple[str, ...], message: str, command: Command):
+def test_a_configuration_error_is_one_line_with_status_two(words: tuple[str, ...], message: str, command: Command):
     done = command(*words, status=2)
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"error: {message}")
     assert done.stdout == ""
 
 
-def test_a_sweep_that_matches_nothing_is_no_success(command: Command):
+def test_a_sweep_that_matches_nothing_is_refused(command: Command):
     done = command("rl-design-space", "-m", "representation=glob(none_such*)", "tracking=none", status=2)
     assert done.stderr == "error: representation=glob(none_such*): matches nothing\n"
 
 
-def test_a_traceback_is_shown_to_who_asks_for_it(command: Command):
+def test_a_traceback_is_shown_with_hydra_full_error(command: Command):
     done = command("rl-design-space", "world.siz=5", status=1, HYDRA_FULL_ERROR="1")
     assert "Traceback (most recent call last)" in done.stderr
     assert "world.siz" in done.stderr.splitlines()[-1] or "world.siz" in done.stderr
 
 
-# Components of one's own, and what happens when one fails or is interrupted.
+# User components, failures and interruptions.
 
 OWN = ("representation=ad_hoc", "representation._target_=mine.Blind", "exploration.k=0.03")
 
@@ -181,7 +182,7 @@ def failing(default_run: Completed, command: Command) -> Completed:
     return command("rl-design-space", *words, status=1, COLUMNS="80")
 
 
-def test_a_point_that_fails_does_not_stop_the_others(failing: Completed, folder: Path):
+def test_a_failed_point_does_not_stop_the_others(failing: Completed, folder: Path):
     assert "3 points, 2 learned now, 0 before, 1 failed" in " ".join(failing.stdout.split())
     recorded = [name for name, status in runs(folder) if "mine.Fragile" in name and status == "FINISHED"]
     assert sorted("world.size=4" in name for name in recorded) == [False, True]
@@ -189,8 +190,8 @@ def test_a_point_that_fails_does_not_stop_the_others(failing: Completed, folder:
     assert runs(folder, "sweeps")[-1] == ("table4", "FAILED")
 
 
-def test_a_failure_is_told_at_once_and_again_at_the_end(failing: Completed):
-    # The words of a table are wrapped, each in its column, so that only short ones are found in one piece.
+def test_a_failure_is_shown_at_once_and_again_at_the_end(failing: Completed):
+    # The cells of a table are wrapped, so only short texts are found in one piece.
     at_once, _, at_the_end = failing.stdout.partition("[3/3]")
     assert "RuntimeError: the floor of [5] is gone" in at_once
     assert "Failures" in at_the_end
@@ -204,26 +205,28 @@ def test_the_command_that_repeats_a_failure_can_be_copied(failing: Completed):
     assert [line for line in begun if expected | {"outputs=out"} <= set(shlex.split(line))], begun
 
 
-def test_the_closing_table_leaves_nothing_out(failing: Completed):
-    # However narrow the terminal: what does not fit is wrapped, not cut.
+def test_the_table_of_failures_wraps_and_truncates_nothing(failing: Completed):
+    # Also in a narrow terminal: long cells are wrapped, not truncated.
     _, _, table = failing.stdout.partition("Failures")
     assert "…" not in table
     assert "world._target_=mine.Fragile" in "".join(table.split())
 
 
-def test_an_interrupted_study_ends_as_killed_and_goes_on_later(default_run: Completed, command: Command, folder: Path):
+def test_an_interrupted_study_is_killed_and_continues_later(default_run: Completed, command: Command, folder: Path):
     words = ("study=table4", *SMALL, *OWN, "task.goals=1", "world.size=5,6", "outputs=out", "threads=1")
-    process = started(folder, *words, "world._target_=mine.Endless")
-    assert process.stderr.readline() == "endless\n"
-    # The larger one was learned before; it may take a moment to be recorded.
-    while not (recorded := [run for run in runs(folder) if "mine.Endless" in run[0] and run[1] == "FINISHED"]):
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 130, out + err
-    assert err.splitlines()[-1].startswith("interrupted; the same command goes on")
-    assert "Traceback" not in err
+
+    def recorded() -> list[tuple[str, str]]:
+        return [run for run in runs(folder) if "mine.Endless" in run[0]]
+
+    with started(folder, *words, "world._target_=mine.Endless") as process:
+        assert next_line(process, "stderr") == "endless\n"
+        # The larger one was learned before; it may take a moment to be recorded.
+        wait_until(lambda: "FINISHED" in dict(recorded()).values(), process)
+        process.send_signal(signal.SIGINT)
+        done = finished(process)
+    assert done.returncode == 130, done
+    assert done.stderr.splitlines()[-1].startswith("interrupted; run the same command again")
+    assert "Traceback" not in done.stderr
     assert runs(folder, "sweeps")[-1] == ("table4", "KILLED")
     # What was learned before is kept.
-    assert [run for run in runs(folder) if "mine.Endless" in run[0]] == recorded
-    assert len(recorded) == 1
+    assert [status for _, status in recorded()] == ["FINISHED"]

@@ -1,4 +1,4 @@
-"""Command lines: what Hydra gets, what the points of a sweep get, and what does not go together."""
+"""Command lines: the arguments that Hydra gets, those that the points of a sweep get, and those that are refused."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from rl_design_space.errors import ConfigError
         ("--config-dir=mine", False),
     ],
 )
-def test_overrides_of_a_sweep_are_for_its_points_but_settings_are_hydras(argument: str, is_for_points: bool):
+def test_overrides_of_a_sweep_go_to_its_points_and_settings_to_hydra(argument: str, is_for_points: bool):
     line = read_command_line(["study=table4", argument])
     assert line.for_points == ((argument,) if is_for_points else ())
     assert set(line.for_hydra) == {"--multirun", "study=table4", *(() if is_for_points else (argument,))}
@@ -53,7 +53,7 @@ def test_overrides_of_a_sweep_are_for_its_points_but_settings_are_hydras(argumen
     ],
     ids=str,
 )
-def test_a_study_a_plan_and_a_shard_are_sweeps_without_being_told(arguments: list[str], for_hydra: list[str]):
+def test_a_study_a_plan_and_a_shard_imply_multirun(arguments: list[str], for_hydra: list[str]):
     line = read_command_line(arguments)
     assert list(line.for_hydra) == for_hydra
     assert [argument for argument in line.for_points if not argument.startswith("seed")] == []
@@ -74,13 +74,14 @@ def test_a_study_a_plan_and_a_shard_are_sweeps_without_being_told(arguments: lis
     ],
     ids=str,
 )
-def test_everything_else_goes_to_hydra_as_it_is(arguments: list[str]):
+def test_all_other_arguments_go_to_hydra_unchanged(arguments: list[str]):
     line = read_command_line(arguments)
     runs = not {"--cfg", "--info", "--help", "--hydra-help"} & set(arguments)
-    assert line == CommandLine(tuple(arguments), tuple(arguments), foreign="-m" in arguments, runs=runs)
+    overrides = tuple(argument for argument in arguments if "=" in argument)
+    assert line == CommandLine(tuple(arguments), overrides, tuple(arguments), foreign="-m" in arguments, runs=runs)
 
 
-def test_no_study_need_not_be_said():
+def test_study_null_is_kept_from_hydra():
     assert read_command_line(["study=null", "seed=1"]).for_hydra == ("seed=1",)
     assert read_command_line(["-m", "study=null", "seed=1,2"]).for_hydra == ("-m",)
 
@@ -94,8 +95,8 @@ def test_a_study_can_be_shown_without_being_run():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["-m", "--cfg", "job"], "--multirun and --cfg do not go together"),
-        (["-m", "--info"], "--multirun and --info do not go together"),
+        (["-m", "--cfg", "job"], "--multirun and --cfg cannot be used together"),
+        (["-m", "--info"], "--multirun and --info cannot be used together"),
         (["study=table4", "hydra/sweeper=basic"], "study=table4 needs hydra/sweeper=design, not basic"),
         (["plan=true", "hydra/sweeper=optuna"], "plan=true needs hydra/sweeper=design, not optuna"),
         (["shard=1/2", "-m", "hydra/sweeper=basic"], "shard=1/2 needs hydra/sweeper=design, not basic"),
@@ -104,12 +105,12 @@ def test_a_study_can_be_shown_without_being_run():
     ],
     ids=str,
 )
-def test_what_does_not_go_together_is_refused(arguments: list[str], message: str):
+def test_contradicting_arguments_are_refused(arguments: list[str], message: str):
     with pytest.raises(ConfigError) as caught:
         read_command_line(arguments)
     assert message in str(caught.value)
 
 
-def test_the_command_can_be_typed_again():
+def test_the_command_is_quoted_for_a_shell():
     line = read_command_line(["study=table4", "world.size=[4, 5]"])
     assert line.command == "rl-design-space study=table4 'world.size=[4, 5]'"

@@ -1,4 +1,4 @@
-"""`rl-design-space list`: everything there is, and what is wrong with what cannot be used."""
+"""`rl-design-space list`: all options, and what is wrong with those that cannot be used."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rl_design_space.errors import ConfigError
 Said, Told = Callable[..., str], Callable[..., Any]
 
 
-def test_every_shipped_option_is_listed_with_what_it_is(told: Told):
+def test_every_shipped_option_is_listed_with_its_description(told: Told):
     found = told("list")
     files = {(file.parent.name, file.stem) for file in CONF.glob("*/*.yaml")}
     assert {(group, name) for group, each in found.items() for name in each["options"]} == files
@@ -33,9 +33,9 @@ def test_the_defaults_are_those_that_hydra_takes(told: Told, planner):
     assert {group: each["default"] for group, each in found.items()} == {**{g: chosen[g] for g in found}, "study": None}
 
 
-def test_a_table_reads_well(said: Said):
+def test_a_table_lists_the_options_of_a_choice(said: Said):
     lines = said("list", "world").splitlines()
-    assert lines[0] == "choice option what it is"
+    assert lines[0] == "choice option description"
     assert lines[2:5] == [
         "world where the agent moves.",
         "torus (default) Grid with periodic boundary, as in the paper",
@@ -77,19 +77,19 @@ def test_the_launchers_of_hydra_are_listed_when_asked_for(told: Told):
         ("open", "To be filled in", "representation.radius=???: needs a value"),
     ],
 )
-def test_what_cannot_be_used_says_why(name: str, description: str, error: str, told: Told, own: Path):
+def test_an_option_that_cannot_be_used_has_a_reason(name: str, description: str, error: str, told: Told, own: Path):
     option = told("list", "representation", "-cd", str(own))["representation"]["options"][name]
     assert option["description"] == description
     assert error in option.get("error", "")
     assert bool(error) == ("error" in option)
 
 
-def test_what_cannot_be_used_is_seen_in_the_table(said: Said, own: Path):
+def test_an_option_that_cannot_be_used_is_marked_in_the_table(said: Said, own: Path):
     text = said("list", "exploration", "--config-dir", str(own))
     assert "steep [bold]Steep[/bold]\ncannot be used: exploration.start=1.5: should be less than or equal to 1" in text
 
 
-def test_folders_of_the_search_path_count_as_well(told: Told, own: Path):
+def test_folders_of_the_search_path_are_searched(told: Told, own: Path):
     quoted = str(own).replace("'", "\\'")
     assert (
         "near" in told("list", "representation", f"hydra.searchpath=['file://{quoted}']")["representation"]["options"]
@@ -107,15 +107,15 @@ def test_choices_of_ones_own_are_listed(told: Told, own: Path):
     [
         (["wordl"], "wordl: no such choice; did you mean world?"),
         (["world", "--config-dir", "nowhere"], "--config-dir nowhere: there is no such folder"),
-        (["world", "seed=1"], "seed=1: list takes no override"),
-        (["seed=1"], "seed=1: list takes no override"),
+        (["world", "seed=1"], "seed=1: list accepts no override"),
+        (["seed=1"], "seed=1: list accepts no override"),
         (
             ["world", "torus"],
-            "torus: not an override; they look like key=value, e.g. task.periods=50; `rl-design-space show",
+            "torus: not an override; overrides look like key=value, e.g. task.periods=50; to show one",
         ),
     ],
 )
-def test_a_mistake_is_answered_by_what_would_be_right(arguments: list[str], message: str):
+def test_a_mistake_is_reported_with_a_correction(arguments: list[str], message: str):
     with pytest.raises(ConfigError) as raised:
         words.run("list", arguments)
     assert str(raised.value).startswith(message)

@@ -1,4 +1,4 @@
-"""`rl-design-space new`: what it writes works as it stands, and it overwrites nothing."""
+"""`rl-design-space new`: the starter files work without changes, and nothing is overwritten."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ def tree(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_all_that_it_writes_passes_the_tests_that_it_writes(folder: Path):
+def test_the_starter_files_pass_their_tests(folder: Path):
     for kind in KINDS:
         write_starter(kind, f"my_{kind}", folder / "conf")
     modules = {f"my_{kind}.py" for kind in KINDS} - {"my_study.py"}
     tests = {f"test_{'study_' * (kind == 'study')}my_{kind}.py" for kind in KINDS}
     assert tree(folder) == modules | tests | {f"conf/{kind}/my_{kind}.yaml" for kind in KINDS}
-    # As somebody would who has installed the package and pytest, and nothing else.
+    # Only the package and pytest are needed.
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=240)
     assert done.returncode == 0, done.stdout + done.stderr
     assert f"{2 * len(modules) + 1} passed" in done.stdout
 
 
-def test_it_says_what_it_wrote_and_what_to_type_next(folder: Path, capsys: pytest.CaptureFixture[str]):
+def test_it_prints_the_files_and_the_next_commands(folder: Path, capsys: pytest.CaptureFixture[str]):
     main(["world", "windy"])
     assert capsys.readouterr().out.splitlines() == [
         "wrote windy.py",
@@ -51,13 +51,13 @@ def test_it_says_what_it_wrote_and_what_to_type_next(folder: Path, capsys: pytes
     ]
 
 
-def test_a_study_may_be_called_after_its_component(
+def test_a_study_may_have_the_name_of_a_component(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr(new, "find_spec", lambda name: None)
     main(["reward", "even"])
     main(["study", "even"])
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     assert tree(folder) == {
         "even.py",
         "test_even.py",
@@ -65,7 +65,7 @@ def test_a_study_may_be_called_after_its_component(
         "conf/reward/even.yaml",
         "conf/study/even.yaml",
     }
-    assert told.splitlines()[-5:] == [
+    assert printed.splitlines()[-5:] == [
         "  pip install pytest",
         "  python -m pytest test_study_even.py",
         "  rl-design-space --config-dir conf study=even plan=true",
@@ -85,7 +85,7 @@ def test_it_writes_beside_the_config_folder_in_use(folder: Path, monkeypatch: py
 def test_it_overwrites_nothing(existing: str, folder: Path):
     (folder / existing).parent.mkdir(parents=True, exist_ok=True)
     (folder / existing).write_text("mine", encoding="utf-8")
-    with pytest.raises(ConfigError, match=f"{existing}: there already; nothing was written"):
+    with pytest.raises(ConfigError, match=f"{existing}: exists already; nothing was written"):
         main(["world", "windy"])
     assert tree(folder) == {existing}
     assert (folder / existing).read_text(encoding="utf-8") == "mine"
@@ -98,10 +98,10 @@ def test_it_overwrites_nothing(existing: str, folder: Path):
         (["world", "Windy"], "NAME=Windy: should be the name of a Python module"),
         (["world", "class"], "NAME=class: should be the name of a Python module"),
         (["world", "../windy"], "should be the name of a Python module"),
-        (["world", "torus"], "NAME=torus: there is a shipped world of this name"),
-        (["study", "table4"], "NAME=table4: there is a shipped study of this name"),
-        (["world", "random"], "NAME=random: there is a module of this name already"),
-        (["world", "numpy"], "NAME=numpy: there is a module of this name already"),
+        (["world", "torus"], "NAME=torus: a shipped world has this name"),
+        (["study", "table4"], "NAME=table4: a shipped study has this name"),
+        (["world", "random"], "NAME=random: a module has this name already"),
+        (["world", "numpy"], "NAME=numpy: a module has this name already"),
     ],
     ids=" ".join,
 )

@@ -1,4 +1,4 @@
-"""The commands that look after a store: sync, store status, store compact, rerun."""
+"""The subcommands for the tracking store: sync, store status, store compact, rerun."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def outputs(empty_database: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
-    """Run a command; its exit status and what it says."""
+    """Run a subcommand; return its exit status and its output."""
     monkeypatch.setattr("rl_design_space.commands.terminal.console.width", 200, raising=False)
 
     def run(word: str, *arguments: str) -> tuple[int, str]:
@@ -42,7 +42,7 @@ def undelivered(outputs: Path) -> MlflowTracker:
     return undelivered_tracker_at(outputs / "mlflow.db")
 
 
-def test_what_waits_is_delivered_once(say, outputs: Path):
+def test_pending_records_are_delivered_once(say, outputs: Path):
     assert say("sync") == (0, "no pending records\n")
     tracker = undelivered(outputs)
     for override in ("seed=0", "seed=1"):
@@ -54,7 +54,7 @@ def test_what_waits_is_delivered_once(say, outputs: Path):
     assert len(tracker.finished([learned(seed)[0].fingerprint for seed in ("seed=0", "seed=1")])) == 2
 
 
-def test_what_cannot_be_delivered_is_told(say, outputs: Path):
+def test_undeliverable_records_are_reported(say, outputs: Path):
     tracker = undelivered(outputs)
     planned, curves = learned()
     tracker.record(planned, curves)
@@ -91,20 +91,20 @@ def test_there_is_no_store_without_tracking(arguments: tuple[str, ...], say):
         say(*arguments, "tracking=none")
 
 
-def test_a_point_is_no_setting(say):
+def test_an_override_of_a_point_is_refused(say):
     with pytest.raises(ConfigError, match=r"seed=3: not a setting; this command takes outputs=…"):
         say("sync", "seed=3")
 
 
-def test_a_run_can_be_had_again(say, outputs: Path):
+def test_a_rerun_gives_identical_results(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db"), *learned("representation=direction", "msa=lengths_2_3"))
     status, said = say("rerun", run.run_id[:8])
     assert status == 0
     assert said.startswith("identical: task.periods=3")
-    assert "12 trials, bit by bit" in said.replace("\n", " ")
+    assert "12 trials, bit for bit" in said.replace("\n", " ")
 
 
-def test_a_run_that_is_another_one_is_told(say, outputs: Path):
+def test_a_rerun_with_different_results_is_reported(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db"), *learned())
     path = Path(run.artifacts.removeprefix("file://")) / "periods.npz"
     arrays = read_saved(path)
@@ -116,13 +116,13 @@ def test_a_run_that_is_another_one_is_told(say, outputs: Path):
     assert "in steps" in said
 
 
-def test_a_run_that_is_not_there_is_told(say, outputs: Path):
+def test_an_unknown_run_is_refused(say, outputs: Path):
     record(tracker_at(outputs / "mlflow.db"), *learned())
-    with pytest.raises(ConfigError, match="ffff: no complete run has an id that begins so"):
+    with pytest.raises(ConfigError, match="ffff: no complete run has an id that begins with this"):
         say("rerun", "ffff")
 
 
 def test_a_run_without_its_periods_cannot_be_compared(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db", artifact="curves"), *learned())
-    with pytest.raises(ConfigError, match="kept its curves alone"):
+    with pytest.raises(ConfigError, match="holds its curves only"):
         say("rerun", run.run_id)

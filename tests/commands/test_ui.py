@@ -1,4 +1,4 @@
-"""The UI command with MLflow's real server, and what a real browser makes of the saved views."""
+"""The UI command with a real MLflow server, and the saved views in a real browser."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from tests.commands.ui_command import free_port, ui_of
 from tests.devtools import Tab, tab
 from tests.tracking.stores import copy_database, import_mlflow, learned, tracker_at
 
-#: Points of two studies, and what a page of the first may not show.
+#: Overrides of the points of two studies.
 STUDIES = {"mine": ("representation=ad_hoc", "representation=direction"), "yours": ("exploration=linear",)}
 
 
 @pytest.fixture(scope="module")
 def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A store with a few points of two studies and the sweep that has run them."""
+    """Create a store with points of two studies and the sweep that ran them."""
     import_mlflow()
     folder = tmp_path_factory.mktemp("ui") / "out"
     folder.mkdir()
@@ -46,7 +46,7 @@ def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> P
 
 @pytest.fixture(scope="module")
 def served(outputs: Path) -> Iterator[dict[str, str]]:
-    """The addresses that the command names, while it runs."""
+    """Run the command, and return the links that it prints."""
     (outputs.parent / "temporary").mkdir()
     with ui_of(outputs.parent, "out") as links:
         yield links
@@ -56,19 +56,19 @@ def served(outputs: Path) -> Iterator[dict[str, str]]:
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
     with tab(tmp_path_factory.mktemp("profile")) as opened:
-        # Columns that do not fit are not there; the assistant would take a third of the page.
+        # Columns that do not fit are not rendered, and the assistant takes a third of the page.
         opened.size(2400, 1600)
         opened.before_each_page("localStorage.setItem('mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true')")
         yield opened
 
 
-def test_the_command_names_every_page_there_is(served: dict[str, str]):
+def test_the_command_prints_every_link(served: dict[str, str]):
     assert list(served)[1:] == ["all design points", "study mine", "study yours", "all sweeps"]
     assert "viewStateShareKey=study.mine&" in served["study mine"]
 
 
 def headings(page: Tab) -> list[str]:
-    """Of the table's columns, from left to right."""
+    """Return the headings of the table, from left to right."""
     found: list[str] = page.evaluate(
         "[...document.querySelectorAll('[data-testid^=sort-header]')]"
         ".sort((one, other) => one.getBoundingClientRect().x - other.getBoundingClientRect().x)"
@@ -78,7 +78,7 @@ def headings(page: Tab) -> list[str]:
 
 
 @needs_browser
-def test_the_table_of_a_study_shows_what_differs_and_what_came_of_it(served: dict[str, str], page: Tab):
+def test_the_table_of_a_study_shows_axes_and_results(served: dict[str, str], page: Tab):
     page.open(served["study mine"])
     page.wait("document.querySelectorAll('.ag-center-cols-container .ag-row').length == 2")
     page.wait("document.querySelector('[data-testid=\"sort-header-final_steps_over_optimum\"]')")
@@ -96,7 +96,7 @@ DRAWN = {"representation=ad_hoc": 4, "representation=direction": 4}
 
 
 def plots(kind: str) -> str:
-    """Those plots of a page, in JavaScript, that are all of one kind of lines, points or bars."""
+    """Return JavaScript that selects the plots whose traces all have one type."""
     return (
         "[...document.querySelectorAll('.js-plotly-plot')]"
         f".filter(plot => plot.data?.length && plot.data.every(line => line.type == '{kind}'))"
@@ -108,7 +108,7 @@ def test_the_charts_of_a_study_are_its_learning_curves(served: dict[str, str], p
     page.open(f"{served['study mine']}&compareRunsMode=CHART")
     page.wait(f"{plots('scatter')}.length == 3 && {plots('bar')}.length == 3")
     lines = page.evaluate(f"{plots('scatter')}.map(plot => plot.data.map(line => [line.name, line.x.length]))")
-    # A line of each run, over its 4 trials.
+    # One line per run, with its 4 trials.
     assert all({name.split()[-1]: trials for name, trials in plot} == DRAWN for plot in lines)
     says = page.text()
     titles = ["Learning curves", "steps/mean", "steps/median", "success_rate"]
@@ -120,7 +120,7 @@ def test_the_charts_of_a_study_are_its_learning_curves(served: dict[str, str], p
 
 
 @needs_browser
-def test_the_views_are_in_the_menu_of_the_ui(served: dict[str, str], page: Tab):
+def test_the_views_are_in_the_menu(served: dict[str, str], page: Tab):
     page.open(served["all design points"])
     page.wait("document.querySelectorAll('.ag-center-cols-container .ag-row').length == 3")
     assert headings(page)[2:6] == ["representation", "exploration", "msa", "reward"]
@@ -128,13 +128,13 @@ def test_the_views_are_in_the_menu_of_the_ui(served: dict[str, str], page: Tab):
 
 
 @needs_browser
-def test_the_table_of_sweeps_shows_what_became_of_them(served: dict[str, str], page: Tab):
+def test_the_table_of_sweeps_shows_their_counts(served: dict[str, str], page: Tab):
     page.open(served["all sweeps"])
     page.wait("document.querySelector('[data-testid=\"sort-header-points/failed\"]')")
     assert "**mine,yours**: 3 points (2 representation" in page.text()
 
 
-def test_a_server_is_asked_which_pages_it_has(
+def test_links_to_a_tracking_server_are_printed(
     served: dict[str, str], outputs: Path, capsys: pytest.CaptureFixture[str]
 ):
     address = served["study mine"].partition("/#")[0]
@@ -143,7 +143,7 @@ def test_a_server_is_asked_which_pages_it_has(
     assert named == dict(list(served.items())[1:])
 
 
-def test_a_port_that_is_taken_is_an_error(served: dict[str, str], outputs: Path):
+def test_a_port_in_use_is_an_error(served: dict[str, str], outputs: Path):
     port = served["study mine"].partition("/#")[0].rpartition(":")[2]
     with pytest.raises(ConfigError, match=rf"--port {port}: cannot be used \(Address already in use\); give another"):
         main([f"outputs={outputs}", "--port", port])
@@ -159,13 +159,13 @@ def test_a_port_that_is_taken_is_an_error(served: dict[str, str], outputs: Path)
         (["outputs={}", "--port", "70000"], "no port has this number"),
     ],
 )
-def test_what_cannot_be_shown_is_an_error(words: list[str], message: str, outputs: Path):
+def test_invalid_arguments_are_refused(words: list[str], message: str, outputs: Path):
     with pytest.raises(ConfigError, match=message):
         main([word.format(outputs) for word in words])
     assert not (outputs / "nowhere").exists()
 
 
-def test_a_server_that_does_not_start_says_why(tmp_path: Path):
+def test_a_server_that_does_not_start_is_explained(tmp_path: Path):
     server = serving("nonsense://store", free_port(), tmp_path / "artifacts")
     with pytest.raises(ConfigError, match=r"did not start; it said:\n(.*\n)*.*nonsense"):
         server.__enter__()

@@ -1,4 +1,4 @@
-"""The UI command, while it runs."""
+"""Run the UI command in the background."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.command_runner import started
+from tests.command_runner import finished, next_line, output_of, started
 
-#: Its last line is about this.
+#: Text in the last line that the command prints.
 LAST = "all sweeps"
 
 
@@ -24,13 +24,13 @@ def ui_of(folder: Path, outputs: str) -> Iterator[dict[str, str]]:
         The addresses that it names, by what they are links to.
     """
     port = free_port()
-    command = started(folder, "ui", f"outputs={outputs}", "--port", str(port))
-    try:
-        yield _links(command)
-    finally:
-        command.send_signal(signal.SIGTERM)
-        _, errors = command.communicate(timeout=30)
-    assert (command.returncode, errors) == (0, "")
+    with started(folder, "ui", f"outputs={outputs}", "--port", str(port)) as command:
+        try:
+            yield _links(command)
+        finally:
+            command.send_signal(signal.SIGTERM)
+            done = finished(command)
+    assert (done.returncode, done.stderr) == (0, "")
     assert _processes_about(port) == []
 
 
@@ -41,17 +41,15 @@ def free_port() -> int:
 
 
 def _links(command: subprocess.Popen[str]) -> dict[str, str]:
-    assert command.stdout is not None
     links: dict[str, str] = {}
     while LAST not in links:
-        line = command.stdout.readline()
+        line = next_line(command)
         if not line:
-            raise RuntimeError(f"the command has ended: {command.communicate()}")
+            raise RuntimeError(f"the command has ended: {finished(command)}")
         what, *address = re.split(r"\s{2,}|: |; ", line.strip())
         links[what] = address[0]
     return links
 
 
 def _processes_about(port: int) -> list[str]:
-    listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True).stdout
-    return [line for line in listed.splitlines() if re.search(rf"--port[ =]{port}\b", line)]
+    return [line for line in output_of("ps", "-eo", "args").splitlines() if re.search(rf"--port[ =]{port}\b", line)]

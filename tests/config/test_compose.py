@@ -1,4 +1,4 @@
-"""Points from overrides: as Hydra composes them, only faster."""
+"""Points from overrides: the composer gives the same results as Hydra, faster."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Overrides = list[str]
 
 @st.composite
 def override_lists(draw: st.DrawFn) -> Overrides:
-    """Options and values in any order; values are of keys that the options have, of any kind, repeated or not."""
+    """Draw options and values in any order; values of any type, for existing keys, possibly repeated."""
     options, keys = [], [*PLAIN_KEYS, "tracking.experiment"]
     for group, files in FILES.items():
         if file := draw(st.sampled_from([None, *files])):
@@ -58,7 +58,7 @@ def override_lists(draw: st.DrawFn) -> Overrides:
 
 
 def by_composer(overrides: Overrides) -> DictConfig:
-    # Twice, so that the compared config comes from the cache and no earlier point can have left a trace in it.
+    # Compose twice: the compared config comes from the cache, which earlier points must not change.
     composer = Composer()
     with suppress(ConfigError):
         composer.config([*overrides, "seed=12345", "task.goals=54321"])
@@ -70,7 +70,7 @@ def by_hydra(overrides: Overrides) -> DictConfig:
 
 
 def outcome(how: Callable[[Overrides], DictConfig], overrides: Overrides) -> object:
-    """The config without what Hydra notes of the call, and the chosen options; or that there is none."""
+    """Return the config without Hydra's record of the call, and the chosen options; or that composing fails."""
     try:
         config = how(overrides)
     except (ConfigError, HydraException, OmegaConfBaseException):
@@ -132,11 +132,11 @@ def test_the_order_of_overrides_counts_as_in_hydra(overrides: Overrides):
     ],
     ids=str,
 )  # fmt: skip
-def test_overrides_make_a_point(overrides: Overrides, point: DesignPoint):
+def test_overrides_describe_a_point(overrides: Overrides, point: DesignPoint):
     assert DesignPoint.from_overrides(overrides) == point
 
 
-def test_every_option_and_every_override_is_remembered():
+def test_a_planned_point_keeps_its_options_and_overrides():
     planned = plan_point(["world.size=5", "exploration=linear", "outputs=here"])
     assert planned.options == {
         "world": "torus",
@@ -161,7 +161,7 @@ def test_parameters_are_named_as_on_the_command_line():
     assert "threads" not in parameters
 
 
-def test_the_parameters_of_a_point_are_overrides_that_make_it_again():
+def test_the_parameters_of_a_point_are_overrides_that_describe_it():
     planned = plan_point(["world=walled", "world.size=[4,5]", "exploration=sigmoidal", "msa=lengths_2_3", "seed=3"])
     again = plan_point([f"{name}={value}" for name, value in planned.parameters.items()])
     assert again.point == planned.point
@@ -178,7 +178,7 @@ def test_the_parameters_of_a_point_are_overrides_that_make_it_again():
     ],
     ids=str,
 )
-def test_the_name_tells_what_differs_from_the_default_point(overrides: Overrides, name: str):
+def test_the_name_lists_the_differences_from_the_default_point(overrides: Overrides, name: str):
     assert plan_point(overrides).name == name
 
 
@@ -189,12 +189,12 @@ def test_the_command_can_be_pasted_into_a_shell():
     )  # fmt: skip
 
 
-# Hydra keeps one global state, and whoever uses this package as a library may have made use of it.
+# Hydra has one global state, which an application that uses this package as a library may have initialized.
 
 
 @pytest.fixture
 def outer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DictConfig]:
-    """Another application's Hydra, looking at its own configuration."""
+    """Initialize Hydra with the configuration of another application."""
     folder = tmp_path_factory.mktemp("outer")
     (folder / "app.yaml").write_text("colour: red\n", encoding="utf-8")
     with hydra.initialize_config_dir(str(folder), version_base="1.3"):
@@ -202,7 +202,7 @@ def outer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DictConfig]:
 
 
 @pytest.mark.parametrize("overrides", [[], ["world.size=1"], ["no such thing"]], ids=["right", "refused", "unparsable"])
-def test_the_hydra_of_an_application_around_it_is_left_alone(overrides: Sequence[str], outer: DictConfig):
+def test_the_hydra_state_of_a_surrounding_application_is_restored(overrides: Sequence[str], outer: DictConfig):
     before = GlobalHydra.instance().hydra
     try:
         assert DesignPoint.from_overrides(overrides).representation == AdHoc()
@@ -212,7 +212,7 @@ def test_the_hydra_of_an_application_around_it_is_left_alone(overrides: Sequence
     assert hydra.compose("app") == outer
 
 
-def test_no_hydra_is_left_behind():
+def test_no_hydra_state_remains():
     assert not GlobalHydra.instance().is_initialized()
     DesignPoint.from_overrides(["world.size=5"])
     assert not GlobalHydra.instance().is_initialized()

@@ -1,22 +1,20 @@
-"""Every mistake in a configuration is answered by the key, the value and what would be right."""
+"""Messages for invalid configurations name the key, the value and what would be right."""
 
 from __future__ import annotations
-
-import subprocess
-import sys
 
 import pytest
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.planner import Planner, plan_point
 from rl_design_space.run.settings import build_settings
+from tests.command_runner import python
 
 OPTION = "name exactly one option"
 SIZE = "a size is a whole number of at least 2, or two of them, [dx, dy]"
 
-#: What was typed, and what the message must hold.
+#: Overrides, and what the message must contain.
 POINTS = [
-    # Names that do not exist.
+    # Unknown names.
     ("representation=ad_hic", ["representation=ad_hic: no such option", "did you mean representation=ad_hoc?"]),
     ("representation=direc", ["did you mean representation=direct?", "ad_hoc, direct, direction, distance"]),
     ("exploration=quadratic", ["exploration=quadratic: no such option", "constant, exponential, linear, sigmoidal"]),
@@ -72,7 +70,7 @@ POINTS = [
     ("learner.alpha=0", ["learner.alpha=0", "greater than 0"]),
     ("seed=-1", ["seed=-1", "greater than or equal to 0"]),
     ("seed=18446744073709551616", ["seed=18446744073709551616", "less than 18446744073709551616"]),
-    # Missing.
+    # Missing values.
     ("seed=???", ["seed=???", "needs a value"]),
     ("world.size=???", ["world.size=???", "needs a value"]),
     ("exploration=linear exploration.k=???", ["exploration.k=???", "needs a value"]),
@@ -82,12 +80,12 @@ POINTS = [
     ("~representation", ["representation", OPTION]),
     ("representation=null", ["representation", OPTION]),
     ("~world._target_", ["world._target_=???", "name the class"]),
-    # One thing expected, several given.
+    # Several values where one is expected.
     ("representation=[ad_hoc,direction]", ["representation", OPTION]),
     ("world.size=10,20", ["world.size=10,20", "several values make a sweep", "-m"]),
     ("representation=ad_hoc,direction", ["representation=ad_hoc,direction", "several values make a sweep", "-m"]),
     ("seed=range(0,3)", ["seed=range(0,3)", "-m"]),
-    # What cannot be read, and what refers to nothing.
+    # Overrides that cannot be parsed, and interpolations that cannot be resolved.
     ("goals", ["goals: not an override", "key=value"]),
     ("world.size=[10", ["world.size=[10: not an override", "key=value"]),
     ("task.goals=${", ["task.goals=${: not an override"]),
@@ -98,7 +96,7 @@ POINTS = [
     ("world._target_=no.such.Thing", ["world._target_=no.such.Thing", "cannot be imported", "'no'"]),
     ("world._target_=rl_design_space.design.Tours", ["world._target_=", "cannot be imported", "'Tours'"]),
     ("world._target_=Torus", ["world._target_=Torus", "cannot be imported"]),
-    ("world._target_=rl_design_space.design.cell_count", ["cell_count", "should be a frozen dataclass"]),
+    ("world._target_=rl_design_space.design.cell_count", ["cell_count", "should name a class"]),
     ("world._target_=builtins.dict", ["world._target_=builtins.dict", "should be a frozen dataclass"]),
     ("world._target_=null", ["world._target_=null"]),
     ("world._target_=3", ["world._target_=3"]),
@@ -137,7 +135,7 @@ def cases(table: list[tuple[str, list[str]]]) -> list:
 
 
 def assert_told(error: ConfigError, expected: list[str]) -> None:
-    """The message holds these words and is not in the terms of the libraries underneath."""
+    """Check that a message contains these words and no terms of the underlying libraries."""
     message = str(error)
     assert [words for words in expected if words not in message] == [], message
     for foreign in ("pydantic", "omegaconf", "hydra.errors", "full_key", "object_type", "Traceback", "<class"):
@@ -145,27 +143,27 @@ def assert_told(error: ConfigError, expected: list[str]) -> None:
 
 
 @pytest.mark.parametrize(("typed", "expected"), cases(POINTS))
-def test_a_mistake_in_a_point_is_told_in_the_terms_of_who_made_it(typed, expected: list[str], planner: Planner):
+def test_an_invalid_point_names_the_key_the_value_and_the_fix(typed, expected: list[str], planner: Planner):
     with pytest.raises(ConfigError) as caught:
         planner(typed.split(" "))
     assert_told(caught.value, expected)
 
 
 @pytest.mark.parametrize(("typed", "expected"), cases(SETTINGS))
-def test_a_mistake_in_the_settings_is_told_in_the_terms_of_who_made_it(typed, expected: list[str], planner: Planner):
+def test_an_invalid_setting_names_the_key_the_value_and_the_fix(typed, expected: list[str], planner: Planner):
     with pytest.raises(ConfigError) as caught:
         build_settings(planner.composer.config(typed.split(" ")))
     assert_told(caught.value, expected)
 
 
-def test_every_bad_value_of_an_option_is_told_at_once():
+def test_all_invalid_values_of_an_option_are_listed():
     with pytest.raises(ConfigError) as caught:
         plan_point(["learner.alpha=0", "learner.gamma=2", "learner.ties=none"])
     lines = str(caught.value).splitlines()
     assert [line.partition("=")[0] for line in lines] == ["learner.alpha", "learner.gamma", "learner.ties"]
 
 
-def test_a_class_that_refuses_its_values_is_quoted(tmp_path, monkeypatch: pytest.MonkeyPatch):
+def test_the_error_of_a_class_is_quoted(tmp_path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "own_world.py").write_text(
         "from dataclasses import dataclass\n"
         "from rl_design_space.design import Torus\n"
@@ -180,7 +178,7 @@ def test_a_class_that_refuses_its_values_is_quoted(tmp_path, monkeypatch: pytest
         plan_point(["world._target_=own_world.Ring"])
 
 
-def test_a_module_that_is_broken_is_told_with_its_own_error(tmp_path, monkeypatch: pytest.MonkeyPatch):
+def test_the_error_of_a_broken_module_is_quoted(tmp_path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "broken_world.py").write_text("import no_such_library\n", encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(ConfigError, match=r"world\._target_=broken_world\.Ring: .*no_such_library"):
@@ -190,8 +188,7 @@ def test_a_module_that_is_broken_is_told_with_its_own_error(tmp_path, monkeypatc
 def test_config_errors_are_value_errors_and_need_nothing_heavy():
     assert issubclass(ConfigError, ValueError)
     program = "import sys; import rl_design_space.errors; print('hydra' in sys.modules, 'pydantic' in sys.modules)"
-    output = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
-    assert output.split() == ["False", "False"]
+    assert python(program).split() == ["False", "False"]
 
 
 @pytest.mark.parametrize(
@@ -204,7 +201,7 @@ def test_config_errors_are_value_errors_and_need_nothing_heavy():
         ("", ""),
     ],
 )
-def test_the_nearest_name_is_offered_if_there_is_one_near(name: str, hint: str):
+def test_the_most_similar_name_is_suggested(name: str, hint: str):
     found = str(ConfigError.unknown("key", name, ["world", "task"], prefix="c."))
     assert found == f"c.{name}: no such key{hint} (there is task, world)"
 
@@ -217,5 +214,5 @@ def test_the_nearest_name_is_offered_if_there_is_one_near(name: str, hint: str):
     ],
     ids=str,
 )
-def test_a_value_is_shown_as_one_would_type_it(value: object, typed: str):
+def test_values_are_shown_as_typed(value: object, typed: str):
     assert str(ConfigError.at("key", value, "no")) == f"key={typed}: no"

@@ -1,4 +1,4 @@
-"""A config folder of the user's own: how it is named, what it shadows, and what is told of mistakes in it."""
+"""The user's config folder: how it is set, what it shadows, and messages for errors in it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Way:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A config folder beside a module; afterwards all is as it was before."""
+    """Create a config folder beside a module, and restore the process state afterwards."""
     monkeypatch.delenv(user_config.VARIABLE, raising=False)
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.chdir(tmp_path)
@@ -66,7 +66,7 @@ def chosen(folder: Path, *overrides: str) -> DesignPoint:
         ("--config-name other", None, "--config-name other"),
     ],
 )
-def test_the_flag_is_taken_from_anywhere(typed: str, found: str | None, rest: str):
+def test_the_flag_may_stand_anywhere(typed: str, found: str | None, rest: str):
     assert user_config.take_flag(typed.split()) == (found, rest.split())
 
 
@@ -75,7 +75,7 @@ def test_the_flag_needs_a_folder():
         user_config.take_flag(["seed=1", "--config-dir"])
 
 
-def test_a_folder_that_is_not_there_is_told_as_it_was_named(folder: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_missing_folder_is_named_as_typed(folder: Path, monkeypatch: pytest.MonkeyPatch):
     with pytest.raises(ConfigError, match="--config-dir cnof: there is no such folder"):
         user_config.use("cnof")
     monkeypatch.setenv(user_config.VARIABLE, "nowhere")
@@ -83,22 +83,22 @@ def test_a_folder_that_is_not_there_is_told_as_it_was_named(folder: Path, monkey
         user_config.use()
 
 
-def test_a_folder_is_shown_without_detours(folder: Path, tmp_path: Path):
+def test_a_folder_is_shown_without_parent_references(folder: Path, tmp_path: Path):
     (tmp_path / "beside").mkdir(exist_ok=True)
     with user_config.used(Path("beside") / ".." / folder.name):
         assert user_config.user_folder() == folder
         assert user_config.flags() == ["--config-dir", "conf"]
 
 
-def test_an_option_of_a_folder_that_was_not_named_is_told(folder: Path):
-    message = "representation=way: no such option; --config-dir conf would bring one of this name"
+def test_an_option_of_an_unused_folder_is_suggested(folder: Path):
+    message = "representation=way: no such option; --config-dir conf would add it"
     with pytest.raises(ConfigError, match=message):
         DesignPoint.from_overrides(["representation=way"])
     with searched() as search, pytest.raises(ConfigError, match=message):
         search.check("representation", "way")
 
 
-def test_a_command_names_the_folder_as_one_would_type_it(folder: Path):
+def test_a_command_names_the_folder_relative_to_the_current_one(folder: Path):
     assert user_config.flags() == []
     with user_config.used("conf"):
         assert user_config.flags() == ["--config-dir", "conf"]
@@ -107,7 +107,7 @@ def test_a_command_names_the_folder_as_one_would_type_it(folder: Path):
     assert user_config.VARIABLE not in os.environ
 
 
-def test_modules_of_the_user_go_last(folder: Path):
+def test_user_modules_come_last_on_the_path(folder: Path):
     before = [*sys.path]
     user_config.use(folder)
     assert sys.path == [*before, str(folder.parent)]
@@ -116,7 +116,7 @@ def test_modules_of_the_user_go_last(folder: Path):
     del os.environ[user_config.VARIABLE]
 
 
-def test_an_own_option_is_assembled_without_composing(folder: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_user_option_is_assembled_without_composition(folder: Path, monkeypatch: pytest.MonkeyPatch):
     with user_config.used(folder), shipped_config():
         planner = Planner()
         planner(["representation=way"])
@@ -125,12 +125,12 @@ def test_an_own_option_is_assembled_without_composing(folder: Path, monkeypatch:
         assert type(planner(["representation=way", "representation.width=7"]).point.representation).__name__ == "Way"
 
 
-def test_lists_arrive_as_tuples(folder: Path):
+def test_lists_become_tuples(folder: Path):
     write(folder / "representation" / "way.yaml", OPTION + "parts: [1, [2, 3]]\n")
     assert chosen(folder).representation.parts == (1, (2, 3))
 
 
-def test_own_files_shadow_those_of_the_same_name(folder: Path, capsys: pytest.CaptureFixture[str]):
+def test_user_files_shadow_shipped_files_of_the_same_name(folder: Path, capsys: pytest.CaptureFixture[str]):
     write(folder / "representation" / "ad_hoc.yaml", OPTION)
     assert type(DesignPoint.from_overrides([], config_dir=folder).representation).__name__ == "Way"
     assert type(DesignPoint.from_overrides([]).representation).__name__ == "AdHoc"
@@ -145,7 +145,7 @@ def test_the_shipped_folder_shadows_nothing():
         assert user_config.shadowing() == []
 
 
-# Mistakes.
+# Errors in the folder.
 
 MISTAKES = {
     "not YAML": (
@@ -190,13 +190,13 @@ MISTAKES = {
     "a function": (
         OPTION.replace("Way", "cell_count"),
         [],
-        r"_target_=own_way\.cell_count: should be a frozen dataclass",
+        r"_target_=own_way\.cell_count: should name a class",
     ),
 }
 
 
 @pytest.mark.parametrize("name", MISTAKES)
-def test_a_mistake_in_an_option_is_told(name: str, folder: Path):
+def test_an_invalid_option_file_is_explained(name: str, folder: Path):
     content, overrides, message = MISTAKES[name]
     write(folder / "representation" / "way.yaml", content)
     with pytest.raises(ConfigError, match=message):
@@ -213,7 +213,7 @@ def test_a_mistake_in_an_option_is_told(name: str, folder: Path):
     ],
     ids=["syntax", "exception", "library", "protocol"],
 )
-def test_a_mistake_in_a_module_is_told(module: str, message: str, folder: Path):
+def test_an_invalid_module_is_explained(module: str, message: str, folder: Path):
     write(folder.parent / "own_way.py", module)
     with pytest.raises(ConfigError, match=message):
         chosen(folder)

@@ -1,4 +1,4 @@
-"""Schedules: their formulas at chosen trials, and their range whatever the parameters."""
+"""Schedules: their formulas at chosen trials, and their range for all parameters."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ def test_formula(exploration: Exploration, tau: int, epsilon: float):
 
 
 @pytest.mark.parametrize("option", [Linear, Exponential, Sigmoidal])
-def test_the_first_trial_counts_as_zero_unless_told(option):
+def test_the_first_trial_is_zero_by_default(option):
     np.testing.assert_array_equal(option(first_trial=1).schedule(9), option().schedule(10)[1:])
 
 
-def test_schedules_of_the_paper_decay_without_a_break():
+def test_schedules_of_the_paper_decay_monotonically():
     for exploration in (Linear(), Exponential(), Sigmoidal()):
         assert (np.diff(exploration.schedule(100)) <= 0).all()
 
@@ -80,6 +80,6 @@ def test_a_growing_schedule_that_starts_at_zero_stays_there():
 
 
 @pytest.mark.parametrize("exploration", [Linear(k=1e308), Sigmoidal(p=1e-308, q=1e10)], ids=str)
-def test_a_steep_schedule_is_quiet(exploration: Exploration):
+def test_a_steep_schedule_raises_no_warning(exploration: Exploration):
     epsilon = exploration.schedule(100)
     assert ((epsilon >= 0) & (epsilon <= 1)).all()

@@ -1,4 +1,4 @@
-"""What the agent observes, at positions worked out by hand."""
+"""Observations at positions computed by hand."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def cell(x: int, y: int) -> int:
 
 
 def code(representation, agent: tuple[int, int], goals: list[tuple[int, int]], counter: int = 0, world=WORLD) -> int:
-    """The observation of an agent and goals at these coordinates of a grid ten cells wide."""
+    """Return the observation for an agent and goals at these coordinates of a grid ten cells wide."""
     codes = representation.observation(world, np.array([cell(*goal) for goal in goals]))
     return int(codes[counter, cell(*agent)])
 
@@ -40,7 +40,7 @@ def test_distance_is_manhattan_on_the_torus(agent, goal, distance):
     assert code(Distance(), goal, [agent]) == distance
 
 
-def test_distance_with_walls_does_not_lead_over_the_border():
+def test_distance_with_walls_does_not_cross_the_border():
     assert code(Distance(), (0, 0), [(9, 9)], world=Walled(size=10)) == 18
 
 
@@ -81,7 +81,7 @@ def test_direction(goal, dominant, horizontal_first):
     assert code(Direction(rule="horizontal_first"), (5, 5), [goal]) == horizontal_first
 
 
-def test_direction_leads_over_the_border_when_that_is_shorter():
+def test_direction_crosses_the_border_when_that_is_shorter():
     assert code(Direction(), (0, 0), [(9, 0)]) == LEFT
     assert code(Direction(), (0, 0), [(0, 9)]) == ABOVE
     assert code(Direction(), (0, 0), [(9, 0)], world=Walled(size=10)) == RIGHT
@@ -92,7 +92,7 @@ def test_directions_to_all_goals_and_the_counter_make_one_code():
     assert code(Direction(), (5, 5), goals, counter=1) == RIGHT + 5 * BELOW + 25 * LEFT + 125
 
 
-def test_a_direction_means_the_same_in_a_world_of_another_size():
+def test_a_direction_has_the_same_code_in_a_world_of_another_size():
     goal = np.array([3])
     small, large = (Direction().observation(Torus(size=size), goal) for size in (10, 30))
     assert set(np.unique(small)) == set(np.unique(large))
@@ -102,7 +102,7 @@ def test_a_direction_means_the_same_in_a_world_of_another_size():
 @pytest.mark.parametrize(
     ("counter", "observed"), [(0, (RIGHT, BELOW, LEFT)), (1, (HERE, BELOW, LEFT)), (2, (HERE, HERE, LEFT))]
 )
-def test_goals_already_reached_are_masked_if_wanted(counter, observed):
+def test_goals_already_reached_are_masked_with_remaining(counter, observed):
     goals = [(8, 5), (5, 8), (2, 5)]
     expected = 125 * counter + sum(digit * 5**goal for goal, digit in enumerate(observed))
     assert code(Direction(goals="remaining"), (5, 5), goals, counter) == expected
@@ -116,12 +116,12 @@ def test_masked_distances_do_not_depend_on_the_goals_reached():
     assert code(masked, (5, 5), near, counter=0) != code(masked, (5, 5), far, counter=0)
 
 
-def test_ad_hoc_is_the_cell_and_the_counter_whatever_the_goals():
+def test_ad_hoc_is_the_cell_and_the_counter_for_all_goals():
     assert code(AdHoc(), (3, 3), [(6, 7), (2, 5)]) == 33
     assert code(AdHoc(), (3, 3), [(1, 1), (9, 9)], counter=1) == 133
 
 
-def test_direct_tells_every_situation_from_every_other():
+def test_direct_has_a_distinct_code_for_every_state():
     world = Torus(size=(3, 2))
     layouts = np.array([(first, second) for first, second in product(range(6), repeat=2) if first != second])
     codes = Direct().observation(world, layouts)
@@ -129,7 +129,7 @@ def test_direct_tells_every_situation_from_every_other():
 
 
 @pytest.mark.parametrize("n_goals", [9, 20, 99])
-def test_direct_with_more_situations_than_64_bits_stays_distinct_within_a_layout(n_goals):
+def test_direct_with_more_states_than_64_bits_stays_distinct_within_a_layout(n_goals):
     layouts = np.stack([np.arange(n_goals), np.arange(n_goals)[::-1]]).astype(np.int32)
     codes = Direct().observation(WORLD, layouts)
     assert Direct().spanned_size(WORLD, n_goals) > 2**63
@@ -138,14 +138,14 @@ def test_direct_with_more_situations_than_64_bits_stays_distinct_within_a_layout
     assert np.unique(codes).size == 2 * n_goals * cell_count(WORLD)
 
 
-def test_direct_names_a_long_layout_the_same_at_any_place_and_in_any_integer_type():
+def test_the_digest_of_a_layout_does_not_depend_on_batch_or_integer_type():
     layout = np.arange(20)
     many = Direct().observation(WORLD, np.stack([layout[::-1], layout, layout + 1]))
     np.testing.assert_array_equal(Direct().observation(WORLD, layout.astype(np.int32)), many[1])
 
 
 @pytest.mark.parametrize(("representation", "most"), [(Direction(), 25), (Distance(), 17)], ids=str)
-def test_more_goals_than_64_bits_can_tell_apart_are_an_error_that_says_so(representation, most):
+def test_goals_whose_codes_do_not_fit_64_bits_are_refused(representation, most):
     assert representation.observation(WORLD, np.arange(most)).min() >= 0
     with pytest.raises(ValueError, match=f"task.goals={most + 1}: .* use fewer goals"):
         representation.observation(WORLD, np.arange(most + 1))
@@ -157,7 +157,7 @@ def test_the_largest_code_that_fits_is_exact():
     assert encode(digits, 5)[-1, 0] == 5**25 * 25 - 1
 
 
-def test_encode_writes_one_digit_a_goal():
+def test_encode_has_one_digit_per_goal():
     digits = np.array([[1, 2], [3, 0]])
     assert encode(digits, 4).tolist() == [[1 + 12, 2], [16 + 1 + 12, 16 + 2]]
     assert encode(digits, 4, "remaining").tolist() == [[1 + 12, 2], [16 + 12, 16]]

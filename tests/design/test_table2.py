@@ -1,4 +1,4 @@
-"""Table 2 of the paper: how many states a representation has; and how many codes there are really."""
+"""Table 2 of the paper: the number of states of a representation, and the number of codes that occur."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ TINY_WORLDS = [Torus(size=3), Torus(size=(4, 3)), Walled(size=3), Walled(size=(3
 
 
 def codes_of(representation: SizedRepresentation, world: World, layouts: list[tuple[int, ...]]) -> np.ndarray:
-    """Every code that occurs in these layouts, once."""
+    """Return every code that occurs in these layouts, once."""
     return np.unique(representation.observation(world, np.array(layouts)))
 
 
@@ -89,7 +89,7 @@ def test_every_code_of_the_spanned_size_is_reached(representation: SizedRepresen
 
 
 @pytest.mark.parametrize("representation", [Distance(goals="remaining"), Direction(goals="remaining")], ids=str)
-def test_masking_reached_goals_only_ever_removes_codes(representation: SizedRepresentation):
+def test_masking_reached_goals_only_removes_codes(representation: SizedRepresentation):
     world = Torus(size=3)
     codes = codes_of(representation, world, list(product(range(9), repeat=2)))
     assert codes.min() >= 0

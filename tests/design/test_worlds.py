@@ -1,4 +1,4 @@
-"""Worlds: where moves lead, and which way the goals lie."""
+"""Worlds: transitions, and offsets of goals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ worlds = st.builds(
 )
 
 
-def test_moves_on_a_torus_of_three_by_two_cells():
+def test_transitions_on_a_torus_of_three_by_two_cells():
     # 0 1 2
     # 3 4 5
     assert Torus(size=(3, 2)).next_cell().tolist() == [
@@ -29,7 +29,7 @@ def test_moves_on_a_torus_of_three_by_two_cells():
     ]
 
 
-def test_moves_between_walls_of_three_by_two_cells():
+def test_transitions_between_walls_of_three_by_two_cells():
     assert Walled(size=(3, 2)).next_cell().tolist() == [
         [1, 2, 2, 4, 5, 5],
         [0, 0, 1, 3, 3, 4],
@@ -39,7 +39,7 @@ def test_moves_between_walls_of_three_by_two_cells():
 
 
 @given(world=worlds)
-def test_opposite_moves_cancel_unless_a_wall_is_in_the_way(world: World):
+def test_opposite_steps_cancel_unless_there_is_a_wall(world: World):
     table = world.next_cell()
     cells = np.arange(cell_count(world))
     for there, back in ((RIGHT, LEFT), (LEFT, RIGHT), (ABOVE, BELOW), (BELOW, ABOVE)):
@@ -75,7 +75,7 @@ def test_half_way_round_a_torus_is_to_the_right_and_below(side: int, offsets: li
     assert y[0, ::side].tolist() == offsets
 
 
-def test_offsets_between_walls_never_lead_round():
+def test_offsets_between_walls_never_cross_the_border():
     x, y = Walled(size=(4, 3)).offset(np.array([5]))
     assert x[0].tolist() == [1, 0, -1, -2] * 3
     assert y[0].tolist() == [1] * 4 + [0] * 4 + [-1] * 4
@@ -90,7 +90,7 @@ def test_moves_are_in_the_order_of_every_table():
 
 
 @pytest.mark.parametrize("option", [Torus, Walled])
-def test_a_square_has_one_size_however_it_is_written(option):
+def test_both_spellings_of_a_square_are_equal(option):
     written = [option(size=4), option(size=(4, 4)), option(size=[4, 4])]
     assert len(set(written)) == 1
     assert {world.size for world in written} == {4}

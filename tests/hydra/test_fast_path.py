@@ -1,4 +1,4 @@
-"""Points are put together without Hydra where that gives what Hydra would compose, and only there."""
+"""Points are assembled without Hydra only where the result equals what Hydra composes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.config.test_compose import FILES, override_lists
 
 Overrides = Sequence[str]
 
-#: Overrides that say something in another way than `group=option` or `key=value`, or that Hydra refuses.
+#: Overrides in other forms than `group=option` or `key=value`, and overrides that Hydra refuses.
 UNUSUAL = (
     *("world='walled'", 'world="walled"', "world=[walled]", "world=null", "world=walled.yaml", "world=/walled"),
     *("/world=walled", "world=../msa/none", "world@reward=torus", "world@world=walled", "+world=walled"),
@@ -38,7 +38,7 @@ UNUSUAL = (
 
 
 def outcome(how: Callable[[Overrides], PlannedPoint], overrides: Overrides) -> object:
-    """A planned point in full, its types included; or that there is none."""
+    """Return all values of a planned point with their types; or that planning fails."""
     try:
         planned = how(overrides)
     except ConfigError:
@@ -57,13 +57,13 @@ def by_hydra(overrides: Overrides, searchpath: Overrides = ()) -> PlannedPoint:
 
 @pytest.fixture(scope="module")
 def planner() -> Iterator[Planner]:
-    """One for all tests, so that no point may leave a trace in those after it."""
+    """One planner for all tests: a point must not change later ones."""
     with shipped_config():
         yield Planner()
 
 
 def _values() -> dict[str, list[str]]:
-    """What the files under conf/ say of each key, and a few numbers."""
+    """Return the values of each key in the files under conf/, and a few numbers."""
     found: dict[str, set[str]] = {}
     for group, files in FILES.items():
         for file in files:
@@ -75,15 +75,15 @@ def _values() -> dict[str, list[str]]:
     return {key: sorted(values) for key, values in found.items()}
 
 
-#: Values that are allowed, by key.
+#: Allowed values by key.
 VALUES = _values()
-#: The options that are chosen by default.
+#: The default options.
 DEFAULTS = {"torus", "ad_hoc", "constant", "none", "many_rewards", "q_learning", "sqlite"}
 
 
 @st.composite
 def plain_override_lists(draw: st.DrawFn) -> list[str]:
-    """Options, and values that their keys allow, in any order: most of these make a point."""
+    """Draw options and allowed values in any order: most of them describe a point."""
     options, keys = [], [key for key in VALUES if key.partition(".")[0] not in FILES]
     for group, files in FILES.items():
         if file := draw(st.sampled_from([None, *files])):
@@ -98,22 +98,22 @@ def plain_override_lists(draw: st.DrawFn) -> list[str]:
 
 @settings(deadline=None, max_examples=20)
 @given(overrides=override_lists())
-def test_a_point_of_any_overrides_is_that_of_hydra(overrides: list[str], planner: Planner):
+def test_points_equal_those_of_hydra(overrides: list[str], planner: Planner):
     assert outcome(planner, overrides) == outcome(by_hydra, overrides)
 
 
 @settings(deadline=None, max_examples=20)
 @given(overrides=plain_override_lists())
-def test_a_point_of_plain_overrides_is_that_of_hydra(overrides: list[str], planner: Planner):
+def test_assembled_points_equal_those_of_hydra(overrides: list[str], planner: Planner):
     assert outcome(planner, overrides) == outcome(by_hydra, overrides)
 
 
 @pytest.mark.parametrize("override", UNUSUAL)
-def test_an_unusual_override_does_what_it_does_in_hydra(override: str, planner: Planner):
+def test_an_unusual_override_has_the_same_effect_as_in_hydra(override: str, planner: Planner):
     assert outcome(planner, [override]) == outcome(by_hydra, [override])
 
 
-# Options of a user's own, of which some do more than an option that is shipped.
+# User options, some of which use features of Hydra that no shipped option uses.
 
 CONSTANT = "_target_: rl_design_space.design.Constant\n"
 SIGMOIDAL = "_target_: rl_design_space.design.Sigmoidal\n"
@@ -145,7 +145,7 @@ OWN = {
     "exploration/by_key.yaml": f"{SIGMOIDAL}p: 3.0\nq: ${{.p}}\n",
     "msa/by_goals.yaml": f"{LENGTHS}lengths: ['${{task.goals}}']\n",
     "msa/with_gamma.yaml": f"# @package _global_\nmsa: {{{LENGTHS.strip()}, lengths: [4]}}\nlearner: {{gamma: 0.5}}\n",
-    # Settings are not options of a point, but may say something of points all the same.
+    # Settings are not options of a point, but their files may change points.
     "tracking/choosing.yaml": f"# @package _global_\ndefaults: [override /world: walled]\ntracking: {{{NOWHERE}}}\n",
     "tracking/of_all.yaml": f"# @package _global_\nreward: {{step: -0.75}}\ntracking: {{{NOWHERE}}}\n",
     "study/choosing.yaml": "# @package _global_\ndefaults: [override /world: walled]\nstudy: {blocks: {}}\n",
@@ -169,13 +169,13 @@ def own_composer(searchpath: Overrides) -> Iterator[Planner]:
 
 
 def own_option(file: str) -> str:
-    """`world/own/nested.yaml` as one chooses it."""
+    """Return the override that chooses a file, e.g. `world/own/nested.yaml`."""
     group, _, option = file.removesuffix(".yaml").partition("/")
     return f"{group}={option}"
 
 
 @pytest.mark.parametrize("file", OWN)
-def test_an_option_of_ones_own_does_what_it_does_in_hydra(file: str, own_composer: Planner, searchpath: Overrides):
+def test_a_user_option_has_the_same_effect_as_in_hydra(file: str, own_composer: Planner, searchpath: Overrides):
     overrides = [own_option(file)]
     assert outcome(own_composer, overrides) == outcome(lambda given: by_hydra(given, searchpath), overrides)
 
@@ -196,24 +196,24 @@ def test_an_option_of_ones_own_does_what_it_does_in_hydra(file: str, own_compose
     ],
     ids=" ".join,
 )
-def test_options_of_ones_own_go_together_as_in_hydra(
+def test_combinations_of_user_options_have_the_same_effect_as_in_hydra(
     overrides: list[str], own_composer: Planner, searchpath: Overrides
 ):
     assert outcome(own_composer, overrides) == outcome(lambda given: by_hydra(given, searchpath), overrides)
 
 
-def test_the_options_of_this_file_are_of_many_kinds(own_composer: Planner):
-    # All others are refused, by Hydra as well, or say what the shipped ones say.
+def test_user_options_of_this_file_describe_different_points(own_composer: Planner):
+    # The others are refused, also by Hydra, or equal a shipped option.
     points = {own_option(file): outcome(own_composer, [own_option(file)]) for file in OWN}
     assert len({str(point) for point in points.values()}) > 12
 
 
-# Which way it goes.
+# Whether points are assembled or composed.
 
 
 @pytest.fixture
 def composed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """The overrides of every composition by Hydra."""
+    """Collect the overrides of every composition by Hydra."""
     calls: list[list[str]] = []
     original = hydra.compose
 
@@ -225,7 +225,7 @@ def composed(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return calls
 
 
-def test_plain_points_take_one_composition_in_all(composed: list[list[str]]):
+def test_plain_points_need_one_composition_in_total(composed: list[list[str]]):
     options = [f"{group}={file.stem}" for group, files in FILES.items() for file in files if group != "tracking"]
     values = ["seed=3", "task.goals=1", "world.size=[4,5]", "learner.gamma=0.5", "learner.ties=first", "outputs=there"]
     quoted = ["world='walled'", "exploration.epsilon=.5", "reward.step=-1e-1"]
@@ -236,7 +236,7 @@ def test_plain_points_take_one_composition_in_all(composed: list[list[str]]):
     assert composed == [[]]
 
 
-def test_plain_options_of_ones_own_take_none_either(composed: list[list[str]], searchpath: Overrides):
+def test_plain_user_options_need_no_further_composition(composed: list[list[str]], searchpath: Overrides):
     with shipped_config():
         planner = Planner(Composer(searchpath))
         for overrides in (["world=wide"], ["world=itself", "seed=1"], ["world=wide", "exploration=linear"]):
@@ -246,7 +246,7 @@ def test_plain_options_of_ones_own_take_none_either(composed: list[list[str]], s
 
 @pytest.fixture
 def assembled(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
-    """Whether each point was put together without Hydra."""
+    """Collect whether each point was assembled without Hydra."""
     found: list[bool] = []
     original = Assembler.__call__
 
@@ -269,6 +269,6 @@ def assembled(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
         *("seed=1,2", "nothing=1", "task.goals.of=1"),
     ],
 )
-def test_what_is_not_plain_is_left_to_hydra(override: str, own_composer: Planner, assembled: list[bool]):
+def test_other_overrides_are_composed_by_hydra(override: str, own_composer: Planner, assembled: list[bool]):
     outcome(own_composer, [override])
     assert assembled == [False]

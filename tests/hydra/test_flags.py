@@ -1,4 +1,4 @@
-"""Hydra's flags and tab completion: they do what they do in every application, and at once."""
+"""Hydra's flags and tab completion: they work as in every Hydra application, without slow imports."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ import pytest
 import yaml
 
 from rl_design_space.commands import words as command_words
+from tests.command_runner import PATIENCE
 
-#: What takes seconds to import, and nothing here has a use for.
+#: Modules that take seconds to import and that no command here needs.
 SLOW = {"mlflow", "numba", "pandas", "seaborn"}
 
-#: The command, with a list of everything that it has imported.
+#: The command; it writes a list of all imported modules at its end.
 COMMAND = """
 import atexit, os, sys
 from pathlib import Path
@@ -32,7 +33,7 @@ Command = Callable[..., Completed]
 
 @pytest.fixture
 def command(tmp_path: Path) -> Command:
-    """Run the command in an empty folder; it may neither write anything nor import what is slow."""
+    """Run the command in an empty folder; it must neither write a file nor import a slow module."""
     folder, imported = tmp_path / "empty", tmp_path / "imported"
     folder.mkdir()
 
@@ -44,7 +45,7 @@ def command(tmp_path: Path) -> Command:
             env={**inherited, "IMPORTED": str(imported), "COLUMNS": "200", "NO_COLOR": "1", **variables},
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=PATIENCE,
         )
         assert done.returncode == status, done.stdout + done.stderr
         assert list(folder.iterdir()) == []
@@ -55,7 +56,7 @@ def command(tmp_path: Path) -> Command:
 
 
 @pytest.mark.parametrize("words", [("--help",), ("-h",), ("study=table4", "--help"), ("-m", "-h")])
-def test_help_says_what_to_type_and_what_there_is(words: tuple[str, ...], command: Command):
+def test_help_lists_commands_and_options(words: tuple[str, ...], command: Command):
     lines = [" ".join(line.split()) for line in command(*words).stdout.splitlines()]
     assert "rl-design-space study=table4 run it; the same again goes on where this one stopped" in lines
     for word, said in command_words.summaries().items():
@@ -65,28 +66,28 @@ def test_help_says_what_to_type_and_what_there_is(words: tuple[str, ...], comman
     assert "msa none, length_2, length_3, length_5, lengths_2_3, lengths_2_3_5, lengths_3_5" in lines
 
 
-def test_help_fits_the_window_of_a_terminal(command: Command):
+def test_help_fits_a_terminal(command: Command):
     assert max(map(len, command("--help").stdout.splitlines())) <= 120
 
 
-def test_help_knows_the_options_of_ones_own(command: Command, tmp_path: Path):
+def test_help_lists_user_options(command: Command, tmp_path: Path):
     (tmp_path / "mine" / "world").mkdir(parents=True)
     (tmp_path / "mine" / "world" / "moebius.yaml").write_text("_target_: mine.Moebius\n", encoding="utf-8")
     lines = command("--help", "--config-dir", str(tmp_path / "mine")).stdout.splitlines()
     assert ["world", "torus,", "moebius,", "walled"] in [line.split() for line in lines]
 
 
-def test_help_of_a_command_is_its_own(command: Command):
+def test_a_subcommand_has_its_own_help(command: Command):
     assert "usage: rl-design-space list" in command("list", "--help").stdout
     assert "usage: rl-design-space show" in command("show", "-h").stdout
 
 
-def test_the_help_of_hydra_is_still_there(command: Command):
+def test_hydra_help_is_available(command: Command):
     assert "hydra/launcher: basic, design" in command("--hydra-help").stdout
 
 
 @pytest.mark.parametrize("words", [("list",), ("show", "study=table4"), ("show", "world=torus", "--json")])
-def test_what_is_looked_up_costs_no_imports(words: tuple[str, ...], command: Command):
+def test_list_and_show_import_nothing_slow(words: tuple[str, ...], command: Command):
     assert command(*words).stdout
 
 
@@ -126,7 +127,7 @@ def test_where_the_defaults_come_from_is_shown(command: Command):
         ("-m world=walled task.g", {"task.goals="}),
     ],
 )
-def test_the_tab_key_offers_what_there_is(typed: str, offered: set[str], command: Command):
+def test_tab_completion_offers_options_and_keys(typed: str, offered: set[str], command: Command):
     line = f"rl-design-space {typed}"
     done = command("-sc", "query=bash", COMP_LINE=line, COMP_POINT=str(len(line)))
     words = set(done.stdout.split())
@@ -134,7 +135,7 @@ def test_the_tab_key_offers_what_there_is(typed: str, offered: set[str], command
     assert all(word.startswith(typed.split()[-1]) for word in words)
 
 
-def test_a_shell_is_told_how_to_complete(command: Command):
+def test_completion_can_be_installed_in_a_shell(command: Command):
     assert "rl-design-space" in command("-sc", "install=bash").stdout
 
 
@@ -156,10 +157,10 @@ def test_a_plan_runs_nothing_and_writes_nothing(words: tuple[str, ...], points: 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("-m", "--cfg", "job"), "--multirun and --cfg do not go together"),
+        (("-m", "--cfg", "job"), "--multirun and --cfg cannot be used together"),
         (("study=table4", "hydra/sweeper=basic"), "study=table4 needs hydra/sweeper=design, not basic"),
         (("-m", "plan=true", "hydra/sweeper=optuna"), "plan=true needs hydra/sweeper=design, not optuna"),
-        # For these, Hydra and OmegaConf raise errors that are not theirs.
+        # Hydra and OmegaConf raise errors of other classes for these.
         (("=1",), "=1: "),
         (("study=5",), "study=5: "),
         (("hydra/launcher=5",), "hydra/launcher=5: "),
@@ -168,12 +169,14 @@ def test_a_plan_runs_nothing_and_writes_nothing(words: tuple[str, ...], points: 
     ],
     ids=lambda value: value if isinstance(value, str) else " ".join(value),
 )
-def test_what_does_not_go_together_is_one_line_and_status_two(words: tuple[str, ...], message: str, command: Command):
+def test_contradicting_arguments_are_refused_in_one_line_with_status_two(
+    words: tuple[str, ...], message: str, command: Command
+):
     done = command(*words, status=2)
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"error: {message}")
     assert done.stdout == ""
 
 
-def test_no_study_is_what_there_is_by_default(command: Command):
+def test_study_null_is_the_default(command: Command):
     assert command("study=null", "--cfg", "job").stdout == command("--cfg", "job").stdout

@@ -1,4 +1,4 @@
-"""Hydra's own tests of launchers, on ours: to an application that is not this one it is a launcher like any other.
+"""Hydra's tests of launchers, run on ours: for other applications, it is an ordinary launcher.
 
 `BatchedSweeperTestSuite` cannot be run: the sweeper that it launches batches with is only in Hydra's repository.
 `hydra/launcher=design_dask` and `design_ray` are not run: they inherit everything that is tested here.
@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -18,23 +17,24 @@ from hydra.version import VersionBase
 from packaging.version import Version
 
 from rl_design_space._paths import CONF, make_plugins_known
+from tests.command_runner import output_of
 
-# The applications of the suites ask for no version of Hydra in particular, of which Hydra warns.
+# The applications of the suites set no Hydra version, of which Hydra warns.
 pytestmark = pytest.mark.filterwarnings("ignore:(?s).*Future Hydra versions will no longer change working directory")
 
-#: These applications have folders of options of their own; `hydra/launcher/design.yaml` lies in ours.
+#: These applications have their own config folders; `hydra/launcher/design.yaml` is in ours.
 SEARCHPATH = f"hydra.searchpath=[file://{CONF}]"
 
 
 @pytest.fixture(autouse=True)
 def our_plugins(monkeypatch: pytest.MonkeyPatch, hydra_restore_singletons: None) -> None:
-    """Hydra knows our plugins for one test, in this process and in those that it starts; nothing else was set up."""
-    # What the applications of the suites get that ask for no version, unless another test has asked for one.
+    """Register our plugins for one test, in this process and in those that it starts."""
+    # The version that applications of the suites get by default, unless another test has set one.
     VersionBase.instance().setbase(Version("1.1"))
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.setenv("PYTHONPATH", os.environ.get("PYTHONPATH", ""))
     make_plugins_known()
-    # Hydra looks for plugins once a process, which may have been before they were known.
+    # Hydra searches for plugins once per process, possibly before ours were registered.
     plugins = Plugins.instance()
     from hydra_plugins.rl_design_space.launcher import DesignLauncher
 
@@ -65,12 +65,9 @@ application()
 """
 
 
-def test_an_application_of_an_earlier_hydra_runs_as_it_did(tmp_path: Path):
-    # Hydra 1.1 ran each job in a folder of its own.
+def test_an_application_with_an_earlier_hydra_version_runs_unchanged(tmp_path: Path):
+    # Hydra 1.1 ran each job in its own folder.
     (tmp_path / "application.py").write_text(OLD_APPLICATION, encoding="utf-8")
     flags = ["-m", SEARCHPATH, "hydra/launcher=design", "hydra.sweep.dir=there"]
-    done = subprocess.run(
-        [sys.executable, "application.py", *flags], cwd=tmp_path, capture_output=True, text=True, timeout=60
-    )
-    assert done.returncode == 0, done.stderr
-    assert f"runs in {tmp_path}/there/0" in done.stdout.splitlines()
+    written = output_of(sys.executable, "application.py", *flags, cwd=tmp_path)
+    assert f"runs in {tmp_path}/there/0" in written.splitlines()

@@ -1,4 +1,4 @@
-"""Sweepers and launchers of others in the place of ours: whole runs through the real command, with the same results."""
+"""Other sweepers and launchers than ours: whole runs through the real command give identical results."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.command_runner import SCRIPTS, environment
+from tests.command_runner import PATIENCE, SCRIPTS, environment
 from tests.tracking.stores import copy_database
 
 SMALL = ("task.periods=2", "task.trials=3")
 SWEEP = ("-m", *SMALL, "representation=ad_hoc,direction", "world.size=4,5")
-#: Who learns it, by the words that ask for them.
+#: Arguments that select other sweepers and launchers.
 OTHERS = {
     "basic sweeper, basic launcher": ("hydra/sweeper=basic", "hydra/launcher=basic"),
     "basic launcher": ("hydra/launcher=basic",),
     "basic sweeper": ("hydra/sweeper=basic",),
     "joblib": ("hydra/launcher=joblib", "hydra.launcher.n_jobs=2"),
+    "basic sweeper, joblib": ("hydra/sweeper=basic", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"),
 }
 TUNING = (
     *("-m", *SMALL, "hydra/sweeper=optuna", "hydra.sweeper.n_trials=4", "hydra.sweeper.n_jobs=2"),
@@ -57,12 +58,13 @@ COMMANDS = {
     "unknown objective": (*TUNING, "objective=final_step"),
     "away": (*TUNING, "tracking=server", "tracking.uri=http://127.0.0.1:9", "tracking.patience=1"),
     "failing": (*FAILING, "world.size=4,5,6"),
+    "empty": ("-m", *SMALL, *OTHERS["basic sweeper, joblib"], "representation=direction", "seed=range(3,3)"),
 }
 
 
 @dataclass(frozen=True)
 class Run:
-    """What is recorded of a point."""
+    """The recorded run of a point."""
 
     tags: dict[str, str]
     params: dict[str, str]
@@ -72,13 +74,13 @@ class Run:
 
 @dataclass(frozen=True)
 class Done:
-    """A command that has ended, and its outputs."""
+    """A completed command and its outputs."""
 
     completed: subprocess.CompletedProcess[str]
     outputs: Path
 
     def runs(self) -> dict[str, Run]:
-        """Complete runs of points, by fingerprint."""
+        """Return the complete runs of points, by fingerprint."""
         assert self.completed.returncode in (0, 1), self.completed.stdout + self.completed.stderr
         query = (
             "select run_uuid, artifact_uri from runs join experiments using (experiment_id) "
@@ -101,7 +103,7 @@ class Done:
 
 @pytest.fixture(scope="module")
 def done(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Done]]:
-    """The commands by name, each with outputs of its own; two at a time, because each takes seconds to start."""
+    """Run the commands by name, each with its own outputs; two at a time, because each takes seconds to start."""
     folder = tmp_path_factory.mktemp("plugins")
     (folder / "temporary").mkdir()
     (folder / "own").mkdir()
@@ -112,13 +114,13 @@ def done(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Iter
         copy_database(empty_database, folder / outputs / "mlflow.db")
         full = [str(SCRIPTS / "rl-design-space"), *COMMANDS[name], f"outputs={outputs}", "threads=1"]
         completed = subprocess.run(
-            full, cwd=folder, env=environment(folder), capture_output=True, text=True, timeout=120
+            full, cwd=folder, env=environment(folder), capture_output=True, text=True, timeout=PATIENCE
         )
         return Done(completed, folder / outputs)
 
     with ThreadPoolExecutor(2) as pool:
         futures: dict[str, Future[Done]] = {name: pool.submit(run, name) for name in COMMANDS}
-        yield lambda name: futures[name].result()
+        yield lambda name: futures[name].result(timeout=len(COMMANDS) * PATIENCE)
         pool.shutdown(cancel_futures=True)
 
 
@@ -127,7 +129,7 @@ def untimed(metrics: dict[tuple[str, int], float]) -> dict[tuple[str, int], floa
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_the_results_do_not_depend_on_the_sweeper_nor_the_launcher(name: str, done: Callable[[str], Done]):
+def test_results_do_not_depend_on_the_sweeper_or_launcher(name: str, done: Callable[[str], Done]):
     expected, got = done("default").runs(), done(name).runs()
     assert done(name).completed.returncode == 0
     assert got.keys() == expected.keys()
@@ -141,7 +143,7 @@ def test_the_results_do_not_depend_on_the_sweeper_nor_the_launcher(name: str, do
             np.testing.assert_array_equal(other.periods[array], values, err_msg=array, strict=True)
 
 
-def test_a_study_by_a_launcher_of_others_is_marked_as_such(done: Callable[[str], Done]):
+def test_points_of_another_launcher_belong_to_their_study(done: Callable[[str], Done]):
     runs = done("study").runs()
     assert done("study").completed.returncode == 0
     assert len(runs) == 2
@@ -149,7 +151,7 @@ def test_a_study_by_a_launcher_of_others_is_marked_as_such(done: Callable[[str],
 
 
 @pytest.mark.parametrize("objective", ["total_steps", "final_steps_over_optimum"])
-def test_a_sweeper_that_searches_finds_the_best_value_of_the_objective(objective: str, done: Callable[[str], Done]):
+def test_optuna_finds_the_best_value_of_the_objective(objective: str, done: Callable[[str], Done]):
     runs = done(objective).runs().values()
     assert done(objective).completed.returncode == 0
     assert len(runs) == 4
@@ -163,21 +165,27 @@ def test_an_unknown_objective_is_refused(done: Callable[[str], Done]):
     refused = done("unknown objective").completed
     assert refused.returncode == 2
     assert "Traceback" not in refused.stderr
-    # What else there is comes from the sweeper of others, which has begun by then.
+    # Other lines are from the sweeper, which has started by then.
     (line,) = [line for line in refused.stderr.splitlines() if line.startswith("error: ")]
     assert line.startswith("error: objective=final_step: should be among total_steps, ")
     assert refused.stderr.endswith(f"{line}\n")
 
 
-def test_a_search_says_what_its_store_does_not_have_yet(done: Callable[[str], Done]):
+def test_optuna_with_an_unreachable_store_reports_pending_records(done: Callable[[str], Done]):
     away = done("away").completed
     assert away.returncode == 1
     assert "4 results of this and earlier commands safe on disk, not yet in http://127.0.0.1:9" in away.stdout
     assert "Best value" in away.stdout + away.stderr
 
 
-def test_a_point_that_fails_fails_the_sweep_of_others(done: Callable[[str], Done]):
+def test_a_failed_point_fails_the_sweep_of_another_sweeper(done: Callable[[str], Done]):
     failed = done("failing").completed
     assert failed.returncode not in (0, 2), failed.stdout + failed.stderr
     assert "the floor of [5] is gone" in failed.stdout
     assert sorted(run.params["world.size"] for run in done("failing").runs().values()) == ["4", "6"]
+
+
+def test_a_sweep_in_other_processes_that_matches_nothing_is_refused(done: Callable[[str], Done]):
+    empty = done("empty").completed
+    assert empty.returncode == 2, empty.stdout + empty.stderr
+    assert empty.stderr.splitlines()[-1] == "error: seed=range(3,3): matches nothing"

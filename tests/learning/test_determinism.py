@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,6 +30,7 @@ from rl_design_space.learning import simulate, simulation
 from rl_design_space.learning.lanes import LANES
 from rl_design_space.learning.streams import behaviour_states, layouts
 from rl_design_space.learning.version import KERNEL_VERSION
+from tests.command_runner import python
 from tests.learning import strategies
 
 ROOT = Path(__file__).parents[2]
@@ -89,8 +88,7 @@ def test_the_number_of_lanes_does_not_change_results(name: str, lanes: int, monk
 
 def test_another_process_gets_the_same_results():
     program = "from tests.learning.test_determinism import VARIANTS, digest; print(digest(VARIANTS))"
-    other = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert other.stdout.strip() == digest(VARIANTS)
+    assert python(program, cwd=ROOT).strip() == digest(VARIANTS)
 
 
 def test_results_change_only_with_the_kernel_version():

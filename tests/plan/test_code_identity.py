@@ -1,9 +1,8 @@
-"""The code of an own component is part of a point's identity: whatever may change results, and nothing else."""
+"""The code of a user component is part of a point's identity: all code that may change results, and no other."""
 
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import make_dataclass
@@ -14,11 +13,12 @@ import pytest
 
 from rl_design_space.design import AdHoc, DesignPoint
 from rl_design_space.errors import ConfigError
-from rl_design_space.plan import code_identity as source
-from rl_design_space.plan.code_identity import source_of
+from rl_design_space.plan import code_identity as module
+from rl_design_space.plan.code_identity import code_identity
 from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.plan.source_files import code, modules_beside
+from tests.command_runner import python
 
 MODULE = '''"""A schedule."""
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ Of = Callable[..., str]
 
 @pytest.fixture
 def of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Of]:
-    """What the class is recognised by, with these files as they are on disk when it is imported."""
+    """Write files, import the class, and return its code identity."""
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
@@ -57,15 +57,15 @@ def of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Of]:
             path.write_text(changed.get(path.stem, content), encoding="utf-8")
         forget(tmp_path)
         invalidate_caches()
-        return source_of(import_module("own_level").Level)
+        return code_identity(import_module("own_level").Level)
 
     yield kind_of
     forget(tmp_path)
 
 
 def forget(folder: Path) -> None:
-    for name, module in list(sys.modules.items()):
-        if str(getattr(module, "__file__", None) or "").startswith(str(folder)) or name == "helpers":
+    for name, loaded in list(sys.modules.items()):
+        if str(getattr(loaded, "__file__", None) or "").startswith(str(folder)) or name == "helpers":
             del sys.modules[name]
 
 
@@ -81,7 +81,7 @@ def forget(folder: Path) -> None:
     ],
     ids=["default", "method", "helper", "helper of a helper", "import in a function", "text"],
 )
-def test_what_may_change_results_changes_it(changed: dict[str, str], of: Of):
+def test_code_that_may_change_results_changes_the_identity(changed: dict[str, str], of: Of):
     assert of(**changed) != of()
 
 
@@ -95,11 +95,11 @@ def test_what_may_change_results_changes_it(changed: dict[str, str], of: Of):
     ],
     ids=["comment", "comments and blank lines", "comment of a helper", "a file that is not imported"],
 )
-def test_what_cannot_change_results_does_not_change_it(changed: dict[str, str], of: Of):
+def test_code_that_cannot_change_results_keeps_the_identity(changed: dict[str, str], of: Of):
     assert of(**changed) == of()
 
 
-def test_a_version_stands_in_place_of_the_source(of: Of):
+def test_a_version_replaces_the_source(of: Of):
     versioned = MODULE.replace("    factor", '    __version__ = "2"\n    factor', 1)
     assert of(own_level=versioned) == "version 2"
     assert of(own_level=versioned, base="BASE = 0.4\n") == "version 2"
@@ -107,24 +107,24 @@ def test_a_version_stands_in_place_of_the_source(of: Of):
 
 
 @pytest.mark.parametrize("version", ["True", "1.5", "()"])
-def test_a_version_is_a_text_or_a_whole_number(version: str, of: Of):
-    with pytest.raises(ConfigError, match=r"own_level\.Level\.__version__=.*should be a text or a whole number"):
+def test_a_version_is_a_string_or_a_whole_number(version: str, of: Of):
+    with pytest.raises(ConfigError, match=r"own_level\.Level\.__version__=.*should be a string or a whole number"):
         of(own_level=MODULE.replace("    factor", f"    __version__ = {version}\n    factor", 1))
 
 
-def test_a_version_that_is_inherited_does_not_count(of: Of):
+def test_an_inherited_version_is_ignored(of: Of):
     of(own_level=MODULE + "\nclass Base(Level):\n    __version__ = 1\n\nclass Derived(Base):\n    pass\n")
     module = sys.modules["own_level"]
-    assert source_of(module.Base) == "version 1"
-    assert source_of(module.Derived).startswith("sha256:")
+    assert code_identity(module.Base) == "version 1"
+    assert code_identity(module.Derived).startswith("sha256:")
 
 
-def test_what_counts_is_what_was_imported_not_what_is_on_disk_now(of: Of, tmp_path: Path):
+def test_the_imported_source_counts_not_the_file_on_disk(of: Of, tmp_path: Path):
     before = of()
     module = sys.modules["own_level"]
     (tmp_path / "own_level.py").write_text(MODULE.replace("1.0", "0.5"), encoding="utf-8")
-    assert source_of(module.Level) == before
-    assert source_of(reload(module).Level) != before
+    assert code_identity(module.Level) == before
+    assert code_identity(reload(module).Level) != before
 
 
 def test_a_class_without_a_file_needs_a_version():
@@ -133,7 +133,7 @@ def test_a_class_without_a_file_needs_a_version():
         fingerprint(DesignPoint(representation=kind()))
 
 
-def test_only_own_components_show_what_they_are_recognised_by(of: Of):
+def test_only_user_components_have_a_source_parameter(of: Of):
     found = of()
     own = DesignPoint(exploration=sys.modules["own_level"].Level())
     parameters = PlannedPoint.of(own, {}).parameters
@@ -152,17 +152,17 @@ def test_the_source_is_part_of_the_fingerprint(of: Of):
     assert found() != before
 
 
-def test_another_process_finds_the_same(of: Of, tmp_path: Path):
+def test_the_identity_is_the_same_in_another_process(of: Of, tmp_path: Path):
     here = of()
     program = (
-        "from rl_design_space.plan.code_identity import source_of; import own_level; print(source_of(own_level.Level))"
+        "from rl_design_space.plan.code_identity import code_identity; import own_level; "
+        "print(code_identity(own_level.Level))"
     )
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    there = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment)
-    assert there.stdout.strip() == here
+    there = python(program, env={**os.environ, "PYTHONPATH": str(tmp_path)})
+    assert there.strip() == here
 
 
-def test_of_an_installed_package_only_its_own_modules_count(tmp_path: Path):
+def test_only_modules_of_the_same_installed_package_count(tmp_path: Path):
     packages = tmp_path / "site-packages"
     for name, content in {
         "parts/__init__.py": "",
@@ -176,20 +176,20 @@ def test_of_an_installed_package_only_its_own_modules_count(tmp_path: Path):
     assert set(found) == {"parts", "parts.walls", "parts.doors"}
 
 
-def test_the_package_itself_does_not_count_in_a_checkout():
+def test_modules_of_this_package_are_ignored_in_a_checkout():
     here = Path(__file__).parents[2]
     assert not [name for name in modules_beside("tests.misfits", here / "tests" / "misfits.py") if "rl_design" in name]
     assert not [name for name in modules_beside(__name__, Path(__file__)) if name.startswith("rl_design_space")]
 
 
-def test_a_file_that_is_not_python_counts_as_it_is(tmp_path: Path):
+def test_a_file_that_is_not_python_counts_unchanged(tmp_path: Path):
     file = tmp_path / "broken.py"
     file.write_text("x = (  # open\n", encoding="utf-8")
     assert code(file) == "x = (  # open\n"
     assert modules_beside("broken", file) == {"broken": file}
 
 
-def test_a_digest_is_worked_out_once(of: Of, monkeypatch: pytest.MonkeyPatch):
+def test_a_source_is_digested_once(of: Of, monkeypatch: pytest.MonkeyPatch):
     of()
-    monkeypatch.setattr(source, "_digest", None)
-    assert source_of(sys.modules["own_level"].Level).startswith("sha256:")
+    monkeypatch.setattr(module, "modules_beside", None)
+    assert code_identity(sys.modules["own_level"].Level).startswith("sha256:")

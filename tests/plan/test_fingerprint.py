@@ -1,11 +1,9 @@
-"""A fingerprint is the identity of a point: what changes results changes it, and nothing else does."""
+"""Fingerprints: everything that changes results changes them, and nothing else does."""
 
 from __future__ import annotations
 
 import os
 import string
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, is_dataclass, make_dataclass, replace
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -20,6 +18,7 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.plan.planner import Planner
+from tests.command_runner import python
 
 #: Kernel version, and the fingerprint of the default point under it.
 GOLDEN = (1, "ef0d1761b43fe76c45d030a54f963b74837b5aa94e15676d7908dce9238e27a5")
@@ -30,11 +29,11 @@ Of = Callable[..., str]
 
 @pytest.fixture
 def of(planner: Planner) -> Of:
-    """The fingerprint of what these overrides describe."""
+    """Return the fingerprint of the point that these overrides describe."""
     return lambda *overrides: planner(overrides).fingerprint
 
 
-def test_fingerprints_stay_as_they_were():
+def test_recorded_fingerprints_are_unchanged():
     version, expected = GOLDEN
     found = fingerprint(DesignPoint())
     assert (version, expected) == (KERNEL_VERSION, found), (
@@ -51,29 +50,20 @@ def test_a_fingerprint_is_a_sha256():
     assert set(found) <= set(string.hexdigits.lower())
 
 
-def test_another_kernel_version_is_another_fingerprint(monkeypatch: pytest.MonkeyPatch):
+def test_the_kernel_version_changes_the_fingerprint(monkeypatch: pytest.MonkeyPatch):
     before = fingerprint(DesignPoint())
     monkeypatch.setattr("rl_design_space.plan.fingerprint.KERNEL_VERSION", KERNEL_VERSION + 1)
     assert fingerprint(DesignPoint()) != before
 
 
-def test_another_process_finds_the_same(of: Of):
+def test_the_fingerprint_is_the_same_in_another_process(of: Of):
     program = (
         "from rl_design_space.design import DesignPoint, Direction, MultiStepActions, Torus\n"
         "from rl_design_space.plan.fingerprint import fingerprint\n"
         "print(fingerprint(DesignPoint(representation=Direction(), msa=MultiStepActions(lengths=(3, 2)))))"
     )
-    # Each with its own hash seed, so that nothing may hang on the order of a set.
-    found = [
-        subprocess.run(
-            [sys.executable, "-c", program],
-            capture_output=True,
-            text=True,
-            check=True,
-            env={**os.environ, "PYTHONHASHSEED": seed},
-        ).stdout.strip()
-        for seed in ("1", "2")
-    ]
+    # Each process has its own hash seed, so the order of a set must not matter.
+    found = [python(program, env={**os.environ, "PYTHONHASHSEED": seed}).strip() for seed in ("1", "2")]
     assert found == [of("representation=direction", "msa.lengths=[3,2]")] * 2
 
 
@@ -93,7 +83,7 @@ def test_another_process_finds_the_same(of: Of):
     ],
     ids=lambda overrides: " ".join(overrides),
 )
-def test_equal_points_are_one_whichever_way_they_are_written(one_way: list[str], another: list[str], of: Of):
+def test_equal_points_have_one_fingerprint_however_they_are_written(one_way: list[str], another: list[str], of: Of):
     assert of(*one_way) == of(*another)
 
 
@@ -101,15 +91,15 @@ def test_equal_points_are_one_whichever_way_they_are_written(one_way: list[str],
     "setting",
     ["tracking=none", "tracking.uri=http://nowhere", "tracking.curves=[epsilon]", "outputs=elsewhere", "threads=1"],
 )
-def test_how_a_point_is_run_does_not_count(setting: str, of: Of):
+def test_settings_do_not_change_the_fingerprint(setting: str, of: Of):
     assert of(setting) == fingerprint(DesignPoint())
 
 
-# Every field of every option counts.
+# Every field of every option.
 
 
 def another_value(value: Any, kind: Any) -> Any:
-    """A valid value of a field beside the one that it has."""
+    """Return another valid value of a field."""
     choices = [choice for choice in get_args(kind) if choice != value]
     match value:
         case str() if get_origin(kind) is Literal and choices:
@@ -124,7 +114,7 @@ def another_value(value: Any, kind: Any) -> Any:
 
 
 def changed(component: Any) -> Iterator[tuple[str, Any]]:
-    """The component with each of its fields changed in turn."""
+    """Yield copies of a component, each with one field changed."""
     kinds = get_type_hints(type(component))
     for one in fields(component):
         value = getattr(component, one.name)
@@ -135,7 +125,7 @@ OPTIONS = [(group, file.stem) for group in OPTION_GROUPS for file in sorted((CON
 
 
 @pytest.mark.parametrize(("group", "option"), OPTIONS)
-def test_every_field_of_an_option_counts(group: str, option: str, planner: Planner):
+def test_every_field_of_an_option_changes_the_fingerprint(group: str, option: str, planner: Planner):
     point = planner([f"{group}={option}"]).point
     found = {"as it is": fingerprint(point)}
     for name, component in changed(getattr(point, group)):
@@ -143,7 +133,7 @@ def test_every_field_of_an_option_counts(group: str, option: str, planner: Plann
     assert len(set(found.values())) == len(found), found
 
 
-def test_every_field_of_the_point_itself_counts():
+def test_every_field_of_a_point_changes_the_fingerprint():
     point = DesignPoint()
     plain = [one.name for one in fields(point) if not is_dataclass(getattr(point, one.name))]
     assert plain == ["seed"]
@@ -153,7 +143,7 @@ def test_every_field_of_the_point_itself_counts():
 
 
 @pytest.mark.parametrize("group", OPTION_GROUPS)
-def test_options_of_a_group_are_told_apart(group: str, of: Of):
+def test_options_of_a_group_have_different_fingerprints(group: str, of: Of):
     found = {option: of(f"{group}={option}") for kind, option in OPTIONS if kind == group}
     assert len(set(found.values())) == len(found)
 
@@ -170,25 +160,25 @@ def test_options_of_a_group_are_told_apart(group: str, of: Of):
     ],
     ids=["seed", "float", "order", "axes", "class", "fields"],
 )
-def test_points_that_are_nearly_the_same_are_told_apart(one: DesignPoint, other: DesignPoint):
+def test_almost_equal_points_have_different_fingerprints(one: DesignPoint, other: DesignPoint):
     assert fingerprint(one) != fingerprint(other)
 
 
-# Components of one's own.
+# User components.
 
 
 def own_torus(module: str, name: str = "Torus") -> Torus:
     return make_dataclass(name, [], bases=(Torus,), frozen=True, namespace={"__module__": module, "__version__": 1})()
 
 
-def test_components_of_the_same_name_are_told_apart_by_their_module():
+def test_components_with_the_same_name_differ_by_their_module():
     mine, yours = own_torus("mine"), own_torus("yours")
     found = {fingerprint(DesignPoint(world=world)) for world in (mine, yours, own_torus("mine", "Ring"), Torus())}
     assert len(found) == 4
     assert fingerprint(DesignPoint(world=own_torus("mine"))) == fingerprint(DesignPoint(world=mine))
 
 
-def test_a_module_with_a_similar_name_does_not_pass_for_the_package():
+def test_a_module_with_a_similar_name_is_not_shipped():
     assert fingerprint(DesignPoint(world=own_torus("rl_design_space_more"))) != fingerprint(DesignPoint())
 
 
@@ -213,16 +203,16 @@ class OwnWorld(Torus):
     ],
     ids=["in a list", "length", "key", "in a mapping"],
 )
-def test_what_a_component_is_made_of_counts(other: OwnWorld):
+def test_nested_values_of_a_component_change_the_fingerprint(other: OwnWorld):
     assert fingerprint(DesignPoint(world=other)) != fingerprint(DesignPoint(world=OwnWorld()))
 
 
-def test_the_order_of_a_mapping_does_not_count():
+def test_the_order_of_a_mapping_does_not_change_the_fingerprint():
     one, other = OwnWorld(weights={"a": 1.0, "b": 2.0}), OwnWorld(weights={"b": 2.0, "a": 1.0})
     assert fingerprint(DesignPoint(world=one)) == fingerprint(DesignPoint(world=other))
 
 
-def test_a_field_that_is_no_plain_value_is_told(tmp_path, monkeypatch: pytest.MonkeyPatch):
+def test_a_field_without_a_plain_value_is_refused(tmp_path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "own_schedule.py").write_text(
         "from dataclasses import dataclass\n"
         "import numpy as np\n"
@@ -240,11 +230,11 @@ def test_a_field_that_is_no_plain_value_is_told(tmp_path, monkeypatch: pytest.Mo
         fingerprint(DesignPoint(exploration=Steps()))
 
 
-# Fields that come later.
+# Fields that are added later.
 
 
 def grown(**later: object) -> type[Torus]:
-    """The torus as it may be one day: with other fields, and still called by its name."""
+    """Create a later version of the torus: the same name, with additional fields."""
     added = [(name, type(value.default), value) for name, value in later.items()]
     kind = make_dataclass("Torus", added, bases=(Torus,), frozen=True, kw_only=True)
     kind.__module__ = Torus.__module__
@@ -255,7 +245,7 @@ def of_world(world: Torus) -> str:
     return fingerprint(replace(DesignPoint(), world=world))
 
 
-def test_a_field_that_stands_for_what_was_before_keeps_fingerprints():
+def test_a_new_field_with_absent_as_keeps_fingerprints():
     windy = grown(wind=field(default=0.0, metadata=absent_as(0.0)), holes=field(default=(), metadata=absent_as(())))
     assert of_world(windy(size=7)) == of_world(Torus(size=7))
     assert of_world(windy(size=7, wind=-0.0)) == of_world(Torus(size=7))
@@ -263,11 +253,11 @@ def test_a_field_that_stands_for_what_was_before_keeps_fingerprints():
     assert of_world(windy(size=7, holes=(3,))) != of_world(Torus(size=7))
 
 
-def test_a_field_without_that_changes_fingerprints():
+def test_a_new_field_without_absent_as_changes_fingerprints():
     assert of_world(grown(wind=field(default=0.0))(size=7)) != of_world(Torus(size=7))
 
 
-def test_a_default_that_changes_later_does_not_change_what_stands_for_absence():
+def test_a_later_default_does_not_change_the_value_that_stands_for_absence():
     windy = grown(wind=field(default=0.5, metadata=absent_as(0.0)))
     assert of_world(windy(size=7, wind=0.0)) == of_world(Torus(size=7))
     assert of_world(windy(size=7)) != of_world(Torus(size=7))

@@ -1,4 +1,4 @@
-"""Studies: unions of grids, and what the command line makes of them."""
+"""Studies: unions of grids, and overrides of the command line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rl_design_space.plan.study import Study, load_study, plan_overrides, plan_s
 
 @pytest.fixture
 def planned(planner: Planner):
-    """Plan a study of these blocks, as if it were a file of conf/study called `mine`."""
+    """Plan a study with these blocks, named `mine`."""
 
     def plan(blocks: Any, *overrides: str, name: str = "mine", **more: Any) -> Plan:
         return plan_study(name, OmegaConf.create({"study": {"blocks": blocks, **more}}), overrides, planner)
@@ -30,7 +30,7 @@ def planned(planner: Planner):
 
 @pytest.fixture
 def table4(planner: Planner):
-    """Load Table 4 with these overrides; all tests share what was composed."""
+    """Load Table 4 with overrides; all tests share one composer."""
     return lambda *overrides: load_study("table4", overrides, planner)
 
 
@@ -50,7 +50,7 @@ def test_table_4_is_eighteen_points(table4):
     ]
 
 
-def test_an_override_of_something_else_holds_for_every_point(table4):
+def test_an_override_of_another_key_applies_to_every_point(table4):
     study = table4("task.periods=50", "learner.explore=all")
     assert len(study.plan) == 18
     assert {planned.point.task.periods for planned in study.plan} == {50}
@@ -75,30 +75,33 @@ def test_an_override_extends_a_sweep(table4):
     }
 
 
-def test_an_override_sweeps_what_the_study_leaves_alone(table4):
+def test_an_override_may_sweep_a_key_that_the_study_does_not_set(table4):
     study = table4("world.size=10", "task.goals=1", "reward=many_rewards,end_reward", "seed=range(0,3)")
     assert len(study.plan) == 2 * 2 * 3
 
 
-def test_the_last_of_two_overrides_counts(table4):
+def test_the_last_of_two_overrides_wins(table4):
     assert {planned.point.world for planned in table4("world.size=10", "world.size=5").plan} == {Torus(size=5)}
 
 
-def test_a_forced_override_is_not_lost(table4):
-    # It stands after what the block says, and the command recorded for the point gives it the same meaning.
+def test_a_forced_override_replaces_a_sweep(table4):
+    # It follows the overrides of the block, also in the command that is recorded with the point.
     study = table4("++world.size=5", "task.goals=1")
     assert {planned.point.world for planned in study.plan} == {Torus(size=5)}
 
 
 @pytest.mark.parametrize("overrides", [(), ("world.size=5", "outputs=elsewhere"), ("task.trials=${task.goals}",)])
-def test_the_command_of_a_planned_point_makes_the_same_point(table4, overrides: tuple[str, ...], planner: Planner):
-    for planned in table4("task.goals=2", *overrides).plan:
+def test_the_command_of_a_planned_point_describes_the_same_point(table4, overrides: tuple[str, ...], planner: Planner):
+    plan = table4("task.goals=2", *overrides).plan
+    assert plan
+    for planned in plan:
         assert planner(planned.overrides).fingerprint == planned.fingerprint
 
 
 def test_settings_reach_the_study_and_the_command_of_every_point(table4):
     study = table4("outputs=elsewhere", "threads=1", "world.size=5")
     assert (study.config.outputs, study.config.threads) == ("elsewhere", 1)
+    assert study.plan
     assert all("outputs=elsewhere threads=1" in planned.command for planned in study.plan)
     assert all("outputs" not in planned.name for planned in study.plan)
 
@@ -174,7 +177,7 @@ def test_a_value_may_refer_to_another_of_its_point(planned):
     ],
     ids=str,
 )
-def test_what_is_wrong_in_a_block_is_told_with_study_and_block(planned, sweeps, overrides, message: str):
+def test_an_error_in_a_block_names_the_study_and_the_block(planned, sweeps, overrides, message: str):
     with pytest.raises(ConfigError) as caught:
         planned({"fine": {"seed": 0}, "broken": sweeps}, *overrides)
     assert message in str(caught.value)
@@ -183,28 +186,28 @@ def test_what_is_wrong_in_a_block_is_told_with_study_and_block(planned, sweeps, 
 
 
 @pytest.mark.parametrize("blocks", [None, "a", ["seed=1"], {"a": None}, {"a": "seed=1"}, {"a": ["seed=1"]}], ids=str)
-def test_blocks_that_are_none_are_refused(planned, blocks: object):
+def test_invalid_blocks_are_refused(planned, blocks: object):
     with pytest.raises(ConfigError, match="study mine: needs blocks, each a mapping of keys to sweeps"):
         planned(blocks)
 
 
 def test_a_study_without_any_block_is_refused(planned):
-    with pytest.raises(ConfigError, match="study mine: no design point in it"):
+    with pytest.raises(ConfigError, match="study mine: no design points"):
         planned({})
 
 
-def test_a_study_that_does_not_exist_is_refused_with_those_that_do():
+def test_an_unknown_study_is_refused_with_a_suggestion():
     with shipped_config(), pytest.raises(ConfigError, match=r"study=table: .*did you mean study=table\d\?"):
         load_study("table", ())
 
 
-def test_a_study_without_a_report_says_so(table4):
+def test_a_study_without_a_report_is_explained(table4):
     study = replace(table4("world.size=5"), config=OmegaConf.create({"study": {"blocks": {}}}))
     with pytest.raises(ConfigError, match="study table4: its file describes no report"):
         study.report()
 
 
-def test_expanding_keeps_what_is_no_sweep(planner: Planner):
+def test_expanding_keeps_overrides_without_a_sweep(planner: Planner):
     assert list(expand(["world.size=[3,4]", "seed=1,2", "task.goals=1"], planner.composer.parser)) == [
         ("world.size=[3,4]", "seed=1", "task.goals=1"),
         ("world.size=[3,4]", "seed=2", "task.goals=1"),
@@ -217,7 +220,7 @@ SIZES = {"a": {"world.size": "4,6", "msa": "none,length_3,length_5"}}
 TOO_LONG = {"drop": "max(msa.lengths, default=1) >= min(world.shape)", "why": "goes all the way round"}
 
 
-def test_a_constraint_drops_points_and_says_how_many_and_why(planned):
+def test_a_constraint_drops_points_and_counts_them(planned):
     found = planned(SIZES, constraints={"too_long": TOO_LONG})
     assert [p.name for p in found] == [
         "world.size=4 msa=none",
@@ -244,12 +247,12 @@ def test_a_point_is_dropped_by_the_first_constraint_that_applies(planned):
         ("task.goals < 3 or seed > 0 or world.size != 10", {"ad_hoc", "direction"}),
     ],
 )
-def test_an_expression_sees_options_by_name_and_values_by_key(planned, drop: str, left: set[str]):
+def test_an_expression_knows_options_by_name_and_values_by_key(planned, drop: str, left: set[str]):
     found = planned({"a": {"representation": "ad_hoc,direction"}}, constraints={"c": {"drop": drop, "why": "because"}})
     assert {p.options["representation"] for p in found} == left
 
 
-def test_combinations_that_cannot_be_points_may_be_dropped(planned):
+def test_invalid_combinations_may_be_dropped(planned):
     # Four goals and the start do not fit on four cells.
     blocks = {"a": {"world.size": "2,3", "task.goals": "3,4"}}
     with pytest.raises(ConfigError, match=r"task\.goals=4: start and goals lie on different cells"):
@@ -272,7 +275,7 @@ def test_combinations_that_cannot_be_points_may_be_dropped(planned):
     ],
     ids=str,
 )
-def test_what_is_wrong_with_a_constraint_is_told(planned, constraints: object, message: str):
+def test_an_invalid_constraint_is_explained(planned, constraints: object, message: str):
     with pytest.raises(ConfigError) as caught:
         planned(SIZES, constraints=constraints)
     assert message in str(caught.value)
@@ -297,7 +300,7 @@ def test_studies_share_their_common_points(planned):
 # Plans.
 
 
-def test_the_axes_of_a_plan_are_what_its_points_differ_in(planner: Planner):
+def test_the_axes_of_a_plan_are_the_parameters_that_differ(planner: Planner):
     found = plan_overrides(["representation=ad_hoc,direction", "world.size=4,5,6", "seed=7"], planner)
     assert found.axes == {
         "representation": {"ad_hoc": 3, "direction": 3},
@@ -307,14 +310,14 @@ def test_the_axes_of_a_plan_are_what_its_points_differ_in(planner: Planner):
 
 
 @pytest.mark.parametrize("of", [1, 2, 3, 7, 20])
-def test_shards_are_the_whole_plan_each_point_once(planner: Planner, of: int):
+def test_shards_partition_the_plan(planner: Planner, of: int):
     sweeps = ["world.size=range(4,14)", "seed=0,1"]
     found = plan_overrides(sweeps, planner)
     shards = [found.shard(number, of) for number in range(1, of + 1)]
     assert sorted(p.name for shard in shards for p in shard) == sorted(p.name for p in found)
     assert max(map(len, shards)) - min(map(len, shards)) <= 1
     assert {shard.whole for shard in shards} == {20}
-    # Whatever order the points were asked for in.
+    # The shards do not depend on the order of the points.
     other = plan_overrides(sweeps[::-1], planner)
     assert {p.fingerprint for p in other.shard(1, of)} == {p.fingerprint for p in shards[0]}
 
@@ -328,12 +331,12 @@ def test_a_study_may_include_others(planner: Planner):
     parts = [load_study(name, ("task.periods=5",), planner).plan for name in ("table4", "table2")]
     assert {p.fingerprint for p in found} == {p.fingerprint for part in parts for p in part}
     assert found.studies == ("both", "table4", "table2")
-    assert all(p.studies[0] == "both" for p in found)
+    assert {p.studies[0] for p in found} == {"both"}
     assert {p.point.task.periods for p in found} == {5}
 
 
 @pytest.mark.parametrize("included", ["table4", [1], ["both"], [["table4"]]], ids=str)
-def test_what_is_included_is_a_list_of_other_studies(planner: Planner, included: object):
+def test_includes_is_a_list_of_other_studies(planner: Planner, included: object):
     config = OmegaConf.create({"study": {"includes": included}})
     with pytest.raises(ConfigError, match="study both: includes should be a list of the names of other studies"):
         plan_study("both", config, (), planner)

@@ -1,7 +1,8 @@
-"""A reader whose runs are learned when they are asked for."""
+"""A reader whose runs are learned when they are read, and what tests read of reports."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +11,11 @@ from typing import Any
 from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.plan.plan import Plan
 from rl_design_space.tracking.tracker import StoredRun
+
+
+def unpadded(text: str) -> str:
+    """Return Markdown without the spaces that align the columns of its tables."""
+    return re.sub(r" *\| *", " | ", text).replace("\n | ", "\n| ").replace(" | \n", " |\n")
 
 
 @dataclass

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import csv
 import re
+from io import BytesIO
 from pathlib import Path
 
 import pytest
@@ -73,29 +74,32 @@ def test_every_picture_has_an_alternative_text(report: Path):
 
 def test_the_pictures_are_whole(report: Path):
     html = (report / "index.html").read_text(encoding="utf-8")
-    for number, data in enumerate(re.findall(r'src="data:image/png;base64,([^"]*)"', html)):
-        path = report / "in_page.tmp"
-        path.write_bytes(base64.b64decode(data))
-        with Image.open(path, formats=["PNG"]) as picture:
+    pictures = re.findall(r'src="data:image/png;base64,([^"]*)"', html)
+    for name, data in zip(SECTIONS, pictures, strict=True):
+        with Image.open(BytesIO(base64.b64decode(data)), formats=["PNG"]) as picture:
             picture.load()
-            assert min(picture.size) > 300, SECTIONS[number]
-        path.unlink()
+            assert min(picture.size) > 300, name
 
 
 def test_every_report_gives_its_command_and_its_runs(report: Path):
     html = (report / "index.html").read_text(encoding="utf-8")
+    with_runs = set()
     for name in SECTIONS:
         assert f"rl-design-report {name} " in html, name
         text = (report / f"{name}.md").read_text(encoding="utf-8")
         if "rl-design-space study=" in text:
+            with_runs.add(name)
             assert f"tags.%22study.{name}%22" in html, name
+    assert {"table4", "fig2", "claims"} <= with_runs
 
 
 def test_the_ledger_has_the_columns_asked_for(report: Path):
     with (report / "claims.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0])[:7] == ["claim", "statement", "verdict", "value", "ci_low", "ci_high", "study"]
-    assert {row["verdict"] for row in rows} <= {"reproduced", "not reproduced", "undecided"}
+    verdicts = {row["verdict"] for row in rows}
+    assert verdicts
+    assert verdicts <= {"reproduced", "not reproduced", "undecided"}
 
 
 def test_fewer_periods_are_marked(report: Path):
@@ -119,17 +123,30 @@ def test_a_report_of_no_recorded_point_is_refused_and_replaces_nothing(command: 
     assert (report / "index.html").read_bytes() == page
 
 
-def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command, report: Path, folder: Path):
-    # A few points of a seed that nobody has run.
-    command("rl-design-space", "study=paper", *SMALL, "seed=77", "shard=1/40")
-    said = command("rl-design-report", "all", *SMALL, "seed=77")
-    assert re.search(r"^missing: 4\d\d of 476 points; `rl-design-space study=paper .*` makes them$", said.stderr, re.M)
-    html = (folder / "out" / "report" / "index.html").read_text(encoding="utf-8")
-    assert "issing" in html
-    for name in SECTIONS:
-        text = (folder / "out" / "report" / f"{name}.md").read_text(encoding="utf-8")
-        if "rl-design-space study=" in text:
-            assert f"rl-design-space study={name} " in text
+#: A page of some of the sections.
+SHORT = """
+includes: [table4, fig2, claims]
+report:
+  _target_: rl_design_space.report.Page
+  title: Short
+  sections: [table4, fig2, claims]
+  verdicts: claims
+  ui: http://127.0.0.1:5000
+"""
+
+
+def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command, folder: Path):
+    (folder / "own" / "conf" / "study").mkdir(parents=True)
+    (folder / "own" / "conf" / "study" / "short.yaml").write_text(SHORT, encoding="utf-8")
+    config, outputs = ("--config-dir", "own/conf"), "out/incomplete"
+    command("rl-design-space", *config, "study=short", *SMALL, "shard=1/10", outputs=outputs)
+    said = command("rl-design-report", *config, "short", *SMALL, outputs=outputs)
+    makes = r"`rl-design-space --config-dir own/conf study=short .*`"
+    assert re.search(rf"^missing: 1[56]\d of 176 points; {makes} makes them$", said.stderr, re.M)
+    written = folder / outputs / "report"
+    assert "issing" in (written / "index.html").read_text(encoding="utf-8")
+    for name in ("table4", "fig2", "claims"):
+        assert f"rl-design-space study={name} " in (written / f"{name}.md").read_text(encoding="utf-8")
 
 
 @needs_browser

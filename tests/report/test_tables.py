@@ -14,12 +14,13 @@ from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.study import Study, load_study
-from rl_design_space.report.grades import GRADES, Cell, Grading, cells_frame
+from rl_design_space.report.base import MAIN
+from rl_design_space.report.graded_table import GRADES, Grading, Measured
 from rl_design_space.report.property_map import PropertyMap
-from rl_design_space.report.quality_map import QualityMap
+from rl_design_space.report.quality_map import QualityMap, as_measured, schedule_names
+from rl_design_space.report.runs import Runs
 from rl_design_space.report.scenario import Scenario
 from rl_design_space.report.state_space import StateSpace
-from rl_design_space.report.study_runs import Runs
 from tests.report.readers import LearningReader
 
 #: Tables 1 and 3 of the paper: situation information, aliasing, implementability, size, generalisation; speed, quality,
@@ -63,10 +64,32 @@ def test_the_rule_of_a_grade_is_told():
 
 
 def test_the_csv_says_what_the_cells_do():
-    frame = cells_frame([Cell("a", "speed", 3.0, "3 trials\n(2 – 4)", "+", "++")])
-    assert frame.to_dict("records") == [
-        {"row": "a", "column": "speed", "number": 3.0, "grade": "+", "paper": "++", "measured": "3 trials (2 – 4)"}
+    table = replace(
+        shipped("table3").report(),
+        gradings={"speed": {"means": "-", "limits": [1.0, 5.0, 9.0]}},
+        paper={"ad_hoc": {"speed": "++"}},
+    )
+    frames = {MAIN: table.graded({"ad_hoc": {"speed": Measured(3.0, "3\n(2 – 4)")}})}
+    assert table.csv(frames)[MAIN].to_dict("records") == [
+        {"row": "ad_hoc", "column": "speed", "number": 3.0, "grade": "+", "paper": "++", "measured": "3 (2 – 4)"}
     ]
+
+
+def test_gradings_without_a_quantity_take_them_in_order():
+    for name in ("table1", "table3"):
+        table = shipped(name).report()
+        bare = {
+            column: {key: value for key, value in node.items() if key != "of"}
+            for column, node in table.gradings.items()
+        }
+        assert replace(table, gradings=bare).built_gradings() == table.built_gradings()
+
+
+def test_a_quantity_that_is_not_measured_is_refused():
+    table = shipped("table3").report()
+    gradings = {"speed": {"means": "-", "limits": [1.0, 5.0, 9.0], "of": "sped"}}
+    with pytest.raises(ConfigError, match=r"of=sped: no such quantity; did you mean .*of=speed\?"):
+        replace(table, gradings=gradings).built_gradings()
 
 
 # Table 1.
@@ -75,14 +98,15 @@ def test_the_csv_says_what_the_cells_do():
 def test_table_1_has_the_papers_grades_and_ours_where_they_can_be_measured():
     table: PropertyMap = shipped("table1").report()
     assert {row: " ".join(grades.values()) for row, grades in table.paper.items()} == TABLE_1
-    cells = {(cell.row, cell.column): cell for cell in replace(table, layouts=5, larger=12).cells()}
+    frames = replace(table, layouts=5, larger=12).frames(Runs([], LearningReader([])))
+    cells = frames[MAIN].set_index(["row", "column"])
     assert len(cells) == 15
-    for (row, column), cell in cells.items():
-        assert (cell.grade in GRADES) == (column != "implementability"), (row, column)
-    assert cells["ad_hoc", "perceptual aliasing"].number == 0
-    assert cells["distance", "perceptual aliasing"].number > 0
-    assert cells["direction", "size of state space"].text == "375 observations"
-    assert cells["ad_hoc", "implementability"].text == "judged by the paper"
+    for row, column in cells.index:
+        assert (cells.loc[(row, column), "grade"] in GRADES) == (column != "implementability"), (row, column)
+    assert cells.loc[("ad_hoc", "perceptual aliasing"), "number"] == 0
+    assert cells.loc[("distance", "perceptual aliasing"), "number"] > 0
+    assert cells.loc[("direction", "size of state space"), "measured"] == "375 observations"
+    assert cells.loc[("ad_hoc", "implementability"), "measured"] == "judged by the paper"
 
 
 def test_table_1_is_written_without_any_run(tmp_path: Path):
@@ -113,7 +137,7 @@ def test_table_2_counts_rows(tmp_path: Path):
     )
     missing = study.plan[-1]
     reader = LearningReader(study.plan, {missing.fingerprint})
-    frame = study.report().frame(Runs(study.plan, reader)).set_index(["representation", "goals"])
+    frame = study.report().frames(Runs.of_plan(study.plan, reader))[MAIN].set_index(["representation", "goals"])
     assert (frame["paper"] == frame["formula"]).all()
     assert frame.loc[("ad_hoc", 2), "met"] == 200
     assert 0 < frame.loc[("ad_hoc", 2), "learned"] <= 200
@@ -121,7 +145,7 @@ def test_table_2_counts_rows(tmp_path: Path):
     assert np.isnan(frame.loc[(missing.options["representation"], missing.point.task.goals), "met"])
     study.report().write(study, reader, tmp_path)
     text = (tmp_path / "table2.md").read_text(encoding="utf-8")
-    assert "The formula of the paper gives 6 of its 6 numbers." in text
+    assert "The published formula gives 6 of the 6 published numbers." in text
     assert "**Missing: 1 of 6 points**" in text
     assert len(pd.read_csv(tmp_path / "table2.csv")) == 6
 
@@ -134,9 +158,9 @@ def made_up(speed: float, over: float, exploration: float) -> Quality:
     return Quality("linear, k = 0.03", *sure)
 
 
-def grades(table: QualityMap, **measured: Quality | None) -> dict[tuple[str, str], str]:
-    found = {row: measured.get(row) for row in table.rows}
-    return {(cell.row, cell.column): cell.grade for cell in table.cells(found)}
+def grades(table: QualityMap, **measured: Quality) -> dict[tuple[str, str], str]:
+    found = {row: as_measured(measured[row]) if row in measured else {} for row in table.rows}
+    return {(cell.row, cell.column): cell.grade for cell in table.graded(found).itertuples()}
 
 
 def test_table_3_has_the_papers_grades():
@@ -176,12 +200,18 @@ def test_table_3_from_points_to_files(tmp_path: Path):
     study.report().write(study, LearningReader(study.plan, {p.fingerprint for p in study.plan}), tmp_path / "nothing")
 
 
+@pytest.mark.parametrize("options", [["linear"], ["linear", "exponential"]])
+def test_schedules_are_told_apart_by_what_varies(options: list[str]):
+    points = [{"exploration": o, "exploration.k": k, "exploration.start": 0.9} for o in options for k in (0.02, 0.5)]
+    assert schedule_names(points) == [f"{o}, k = {k}" for o in options for k in (0.02, 0.5)]
+
+
 # Figure 1.
 
 
 def test_figure_1_sees_what_the_paper_says():
     figure: Scenario = shipped("fig1").report()
-    seen = figure.frame().set_index("representation")["sees"].to_dict()
+    seen = figure.seen().set_index("representation")["sees"].to_dict()
     assert seen == {"ad hoc": "(3, 3)", "distance": "(3, 3, 2)", "direction": "(right, below, left)"}
 
 
@@ -191,7 +221,7 @@ def test_figure_1_sees_what_the_paper_says():
 )
 def test_figure_1_takes_its_directions_from_the_representation(goal: tuple[int, int], direction: str):
     figure = Scenario(title="-", size=8, agent=(3, 3), goals=(goal,))
-    assert figure.frame()["sees"].tolist()[-1] == f"({direction})"
+    assert figure.seen()["sees"].tolist()[-1] == f"({direction})"
 
 
 def test_figure_1_is_written_without_any_run(tmp_path: Path):
@@ -202,4 +232,4 @@ def test_figure_1_is_written_without_any_run(tmp_path: Path):
 
 def test_a_goal_outside_of_the_grid_is_refused():
     with pytest.raises(ConfigError, match=r"\(9, 1\) lies outside of a grid of 8×8"):
-        Scenario(title="-", size=8, agent=(3, 3), goals=((9, 1),)).frame()
+        Scenario(title="-", size=8, agent=(3, 3), goals=((9, 1),)).seen()

@@ -1,4 +1,4 @@
-"""Sweeps that are killed again and again, through the real command line."""
+"""Sweeps through the real command line that are killed repeatedly."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic, sleep
 
+from tests.command_runner import PATIENCE, finished
+
 COMMAND = Path(sysconfig.get_path("scripts")) / "rl-design-space"
-#: Seconds that a sweep may take once nobody kills it any more.
-_PATIENCE = 120
 
 
 @dataclass
 class Store:
-    """The runs of a sweep, as its database has them."""
+    """The runs in the database of a sweep."""
 
     database: Path
 
     def statuses(self) -> Counter[str]:
-        """Runs by status; none before there is a database."""
+        """Return the number of runs by status; empty before there is a database."""
         return Counter(status for _, status in self._points())
 
     def finished(self) -> Counter[str]:
-        """Complete runs by fingerprint."""
+        """Return the number of complete runs by fingerprint."""
         return Counter(fingerprint for fingerprint, status in self._points() if status == "FINISHED")
 
     def sweeps(self) -> list[str]:
-        """Statuses of the summary runs, in their order."""
+        """Return the statuses of the summary runs, in order."""
         return [status for (status,) in self._ask("select status from runs where name = 'sweep' order by start_time")]
 
     def incomplete(self) -> int:
-        """FINISHED runs that lack something: params, curves, or the artifact."""
+        """Return the number of FINISHED runs without params, curves or artifact."""
         query = """
             select artifact_uri, (select count(*) from params p where p.run_uuid = r.run_uuid),
                    (select count(*) from metrics m where m.run_uuid = r.run_uuid)
@@ -63,22 +63,22 @@ class Store:
 
 @dataclass
 class Figures:
-    """What came of it."""
+    """The result of killing a sweep repeatedly."""
 
     kills: int = 0
-    #: Kills by whether the database held no point, some or all of them.
+    #: Number of kills by whether the database held no, some or all points.
     stages: Counter[str] = field(default_factory=Counter)
 
 
 def start(folder: Path, *words: str) -> subprocess.Popen[str]:
-    """Begin a sweep in a folder, in a process group of its own."""
+    """Start a sweep in a folder, in its own process group."""
     pipe = subprocess.PIPE
     command = [str(COMMAND), "-m", "threads=2", *words]
     return subprocess.Popen(command, cwd=folder, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
 
 
 def killed_until_done(folder: Path, words: tuple[str, ...], points: int, kills: int, seed: int) -> Figures:
-    """Run a sweep again and again, killing it at random moments, and then once more until it ends.
+    """Run a sweep repeatedly, killing it at random times, then once more until it ends.
 
     Half of the kills come at any time after the start, the others right after the store has changed.
     """
@@ -90,7 +90,7 @@ def killed_until_done(folder: Path, words: tuple[str, ...], points: int, kills: 
         process = start(folder, *words)
         begun, wait = monotonic(), chance.uniform(0.2, 6)
         if figures.kills % 2:
-            while store.statuses() == before and process.poll() is None and monotonic() - begun < _PATIENCE:
+            while store.statuses() == before and process.poll() is None and monotonic() - begun < PATIENCE:
                 sleep(0.005)
             wait = chance.uniform(0, 1)
             begun = monotonic()
@@ -101,8 +101,7 @@ def killed_until_done(folder: Path, words: tuple[str, ...], points: int, kills: 
             figures.kills += 1
             after = store.statuses()
             figures.stages["none" if not after else "all" if after["FINISHED"] == points else "some"] += 1
-        process.communicate()
-    process = start(folder, *words)
-    out, err = process.communicate(timeout=_PATIENCE)
-    assert process.returncode == 0, out + err
+        finished(process)
+    done = finished(start(folder, *words))
+    assert done.returncode == 0, done.stdout + done.stderr
     return figures

@@ -1,4 +1,4 @@
-"""A sweep that is killed at any moment loses nothing and doubles nothing; nor do two sweeps at once."""
+"""Sweeps that are killed, and two sweeps at once, record every point exactly once."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.command_runner import finished
 from tests.run.kills import Store, killed_until_done, start
+from tests.tracking.stores import copy_database
 
 POINTS = 60
 TINY = ("task.periods=3", "task.trials=20", f"seed=range(0,{POINTS})")
@@ -17,33 +19,34 @@ def stored(folder: Path) -> Store:
     return Store(folder / "outputs" / "mlflow.db")
 
 
-def test_killed_sweeps_lose_no_point_and_double_none(tmp_path: Path):
-    figures = killed_until_done(tmp_path, TINY, POINTS, kills=6, seed=1)
+def test_killed_sweeps_record_every_point_exactly_once(tmp_path: Path):
+    figures = killed_until_done(tmp_path, TINY, POINTS, kills=5, seed=1)
     store = stored(tmp_path)
     assert figures.kills > 1
     assert figures.stages["some"] > 0
     assert store.finished() == Counter(dict.fromkeys(store.finished(), 1))
     assert len(store.finished()) == POINTS
     assert store.incomplete() == 0
-    # What was left half-way is marked so, and the summaries of the killed sweeps are closed.
+    # Incomplete runs are marked KILLED, and the summary runs of killed sweeps are closed.
     assert set(store.statuses()) <= {"FINISHED", "KILLED"}
     assert store.sweeps()[-1] == "FINISHED" or store.statuses()["FINISHED"] == POINTS
     assert "RUNNING" not in store.sweeps()
 
 
 @pytest.mark.parametrize("new", [True, False], ids=["new store", "old store"])
-def test_two_sweeps_at_once_share_the_points(tmp_path: Path, new: bool):
+def test_two_sweeps_at_once_share_the_points(tmp_path: Path, empty_database: Path, new: bool):
     if not new:
-        _, err = start(tmp_path, "task.periods=2", "seed=1").communicate(timeout=120)
-        assert err == ""
+        copy_database(empty_database, tmp_path / "outputs" / "mlflow.db")
     both = [start(tmp_path, *TINY) for _ in range(2)]
-    ended = [process.communicate(timeout=120) for process in both]
-    assert [process.returncode for process in both] == [0, 0], ended
+    ended = [finished(process) for process in both]
+    assert [done.returncode for done in ended] == [0, 0], ended
     store = stored(tmp_path)
-    expected = POINTS + (not new)
-    assert len(store.finished()) == expected
-    assert store.statuses() == {"FINISHED": expected}
+    assert store.finished() == Counter(dict.fromkeys(store.finished(), 1))
+    assert store.statuses() == {"FINISHED": POINTS}
+    assert store.incomplete() == 0
+    assert store.sweeps() == ["FINISHED"] * 2
+    assert not list((tmp_path / "outputs" / "spool").glob("*/*.record"))
     # Each says of all points what became of them, and together they have learned each once.
-    learned = [int(out.split(" learned now")[0].split()[-1]) for out, _ in ended]
+    learned = [int(done.stdout.split(" learned now")[0].split()[-1]) for done in ended]
     assert sum(learned) == POINTS
-    assert all(f"sweep: {POINTS} points" in out and "0 failed" in out for out, _ in ended)
+    assert all(f"sweep: {POINTS} points" in done.stdout and "0 failed" in done.stdout for done in ended)

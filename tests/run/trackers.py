@@ -1,4 +1,4 @@
-"""A tracker that keeps everything in memory, and a watcher that remembers what it is told."""
+"""A tracker that keeps everything in memory, and a monitor that keeps the events of a sweep."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ class MemoryTracker:
     #: Raised when the points with these names are recorded.
     errors: Mapping[str, BaseException] = field(default_factory=dict)
     locked: set[str] = field(default_factory=set)
-    #: Points that somebody else is at, and how often to say so before they are found recorded, or given up.
+    #: Points that another process has locked, and how often `lock` fails before it has recorded or released them.
     busy: dict[str, int] = field(default_factory=dict)
     records_of_others: set[str] = field(default_factory=set)
-    #: What the store does not take in the end, and what it has not taken yet.
+    #: Points that cannot be stored, and the number of pending records.
     lost: dict[str, str] = field(default_factory=dict)
     pending: int = 0
     location: str = "memory"
@@ -92,21 +92,21 @@ class MemoryTracker:
 
 
 @dataclass
-class Memory:
-    """What a watcher is told: names of points that started, and names and results of those that ended."""
+class MemoryMonitor:
+    """The events of a sweep: names of points that started, and results by the name of the point."""
 
     started_points: list[str] = field(default_factory=list)
     results: dict[str, LearningCurves | StoredRun | Exception] = field(default_factory=dict)
 
-    def started(self, planned: PlannedPoint) -> None:
+    def point_started(self, planned: PlannedPoint) -> None:
         self.started_points.append(planned.name)
 
-    def learned(self, planned: PlannedPoint) -> None:
-        assert planned.name in self.started_points, "learned before it was begun"
+    def point_learned(self, planned: PlannedPoint) -> None:
+        assert planned.name in self.started_points, "learned before it was started"
 
-    def ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
+    def point_ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         assert planned.name not in self.results, "ended twice"
         self.results[planned.name] = result
 
-    def waiting(self, left: int, trouble: str) -> None:
+    def delivering(self, pending: int, problem: str) -> None:
         pass

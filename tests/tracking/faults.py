@@ -7,7 +7,7 @@ import signal
 import subprocess
 from pathlib import Path
 
-from tests.command_runner import SCRIPTS, environment
+from tests.command_runner import PATIENCE, SCRIPTS, environment
 
 #: A sitecustomize.py, which Python imports at start: it kills the tracker process, or its process group, at stages that
 #: files in a folder name, each once. The program does not know about it.
@@ -79,7 +79,7 @@ class Sabotage:
             start_new_session=True,
         )
         try:
-            output, _ = process.communicate(timeout=100)
+            output, _ = process.communicate(timeout=PATIENCE)
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)

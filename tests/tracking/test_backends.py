@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import pytest
+
+from tests.command_runner import python
 
 
 def imported_by(statements: str) -> set[str]:
     program = f"import sys\n{statements}\nprint(*sys.modules)"
-    output = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
-    return {name.partition(".")[0] for name in output.split()}
+    return {name.partition(".")[0] for name in python(program).split()}
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from time import monotonic, sleep
+from time import sleep
 
 import pytest
 
@@ -14,11 +14,10 @@ from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.background import BackgroundDelivery, Timeouts
 from rl_design_space.tracking.spool import POINT, STUDIES, Record, Spool
 from rl_design_space.tracking.tracker_process import BACKGROUND, FOREGROUND
+from tests.command_runner import PATIENCE, wait_until
 
 ADDRESS = StoreAddress("sqlite:////srv/mlflow.db", "points", "sweeps")
 RECORD = Record(POINT, "a", {})
-#: Seconds that starting a process may take.
-_PATIENCE = 30
 
 
 class BusySpool(Spool):
@@ -106,9 +105,7 @@ def test_a_tracker_process_that_is_waited_for_is_in_the_foreground(
     spool.write(Record(STUDIES, "0", {}))
     delivery = BackgroundDelivery(spool, Timeouts(silence=2, leaving=1, opening=0.5))
     delivery.start()
-    deadline = monotonic() + _PATIENCE
-    while not processes.priorities and monotonic() < deadline:
-        sleep(0.001)
+    wait_until(lambda: processes.priorities)
     assert delivery.wait(patience=2).pending == 1
     sleep(0.2)
     delivery.leave()
@@ -125,7 +122,7 @@ def test_a_store_that_cannot_be_used_is_reported_and_no_other_process_started(
     monkeypatch.setattr(subprocess, "Popen", processes)
     spool = Spool.of(tmp_path, ADDRESS)
     spool.write(Record(STUDIES, "0", {}))
-    delivery = BackgroundDelivery(spool, Timeouts(silence=_PATIENCE))
+    delivery = BackgroundDelivery(spool, Timeouts(silence=PATIENCE))
     with pytest.raises(ConfigError, match="access denied"):
         delivery.wait(patience=1)
     delivery.leave()

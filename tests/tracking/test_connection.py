@@ -15,6 +15,7 @@ from filelock import FileLock
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.store_errors import StoreUnavailableError
+from tests.command_runner import finished, next_line
 from tests.tracking.stores import import_mlflow, tracker_at
 
 
@@ -55,14 +56,13 @@ def test_processes_that_create_the_same_database_at_once_all_succeed(tmp_path: P
     processes = [subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True) for _ in range(2)]
     # All imports are done before the race begins.
     for process in processes:
-        assert process.stdout.readline() == "ready\n"
+        assert next_line(process) == "ready\n"
     for process in processes:
         process.stdin.write("go\n")
         process.stdin.flush()
     for process in processes:
-        out, err = process.communicate(timeout=100)
-        assert process.returncode == 0, err
-        assert out == "Default\n"
+        done = finished(process)
+        assert (done.returncode, done.stdout) == (0, "Default\n"), done.stderr
     assert pragma(tmp_path / "new" / "mlflow.db", "integrity_check") == "ok"
 
 

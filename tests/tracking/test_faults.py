@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from threading import Thread
-from time import monotonic, sleep
+from time import sleep
 
 import pytest
 
-from tests.command_runner import SCRIPTS, commands_in, environment
+from tests.command_runner import PATIENCE, commands_in, finished, output_of, started, wait_until
 from tests.run.kills import Store
 from tests.tracking.faults import Sabotage
 from tests.tracking.stores import copy_database
@@ -75,55 +75,24 @@ def test_a_sweep_that_is_killed_at_every_stage_is_resumed(folder: Path):
     check(folder, {"FINISHED", "KILLED"})
 
 
-def test_results_of_a_killed_sweep_are_not_learned_again(folder: Path):
+def test_a_locked_database_is_retried(folder: Path):
+    store = Store(folder / "out" / "mlflow.db")
+    with started(folder, *SWEEP) as process:
+        wait_until(store.statuses, process)
+        with closing(sqlite3.connect(store.database, isolation_level=None, timeout=30)) as other:
+            other.execute("BEGIN EXCLUSIVE")
+            sleep(6)
+            other.execute("ROLLBACK")
+        done = finished(process)
+    assert done.returncode == 0, done.stdout
+    check(folder)
+
+
+def test_a_killed_sweep_learns_again_only_the_point_whose_record_is_corrupted(folder: Path):
     sabotage = Sabotage(folder, "sweep")
     # All is learned by then: starting the tracker process takes seconds, learning does not.
     status, output = sabotage.run(*SWEEP, faults=("before create_run 2",))
     assert status == -signal.SIGKILL, output
-    status, output = sabotage.run(*SWEEP)
-    assert status == 0, output
-    assert "0 learned now, 3 before" in output
-    check(folder, {"KILLED"})
-
-
-def test_a_locked_database_is_retried(folder: Path):
-    process = subprocess.Popen(
-        [str(SCRIPTS / "rl-design-space"), *SWEEP],
-        cwd=folder,
-        env=environment(folder),
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    store = Store(folder / "out" / "mlflow.db")
-    deadline = monotonic() + 60
-    while not store.statuses() and process.poll() is None and monotonic() < deadline:
-        sleep(0.01)
-    with closing(sqlite3.connect(store.database, isolation_level=None, timeout=30)) as other:
-        other.execute("BEGIN EXCLUSIVE")
-        sleep(6)
-        other.execute("ROLLBACK")
-    output, _ = process.communicate(timeout=100)
-    assert process.returncode == 0, output
-    check(folder)
-
-
-def test_two_sweeps_can_create_a_store_at_the_same_time(tmp_path: Path):
-    (tmp_path / "temporary").mkdir()
-    command = [str(SCRIPTS / "rl-design-space"), *SWEEP]
-    pipe = subprocess.PIPE
-    both = [
-        subprocess.Popen(command, cwd=tmp_path, env=environment(tmp_path), stdout=pipe, stderr=pipe, text=True)
-        for _ in range(2)
-    ]
-    for process in both:
-        output, errors = process.communicate(timeout=120)
-        assert process.returncode == 0, output + errors
-    check(tmp_path)
-
-
-def test_a_corrupted_record_is_quarantined_and_its_point_runs_again(folder: Path):
-    sabotage = Sabotage(folder, "sweep")
-    sabotage.run(*SWEEP, faults=("before create_run 2",))
     damaged = next((folder / "out" / "spool").glob("*/1-point-*"))
     damaged.write_bytes(damaged.read_bytes()[:-1])
     status, output = sabotage.run(*SWEEP)
@@ -142,13 +111,13 @@ def small_disk(tmp_path: Path, empty_database: Path) -> Iterator[Path]:
     """A folder whose outputs are on a small file system of their own."""
     (tmp_path / "out").mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=24m", "none", str(tmp_path / "out")]
-    if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True).returncode:
+    if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True, timeout=PATIENCE).returncode:
         pytest.skip("needs the right to mount a small file system")
     try:
         copy_database(empty_database, tmp_path / "out" / "mlflow.db")
         yield tmp_path
     finally:
-        subprocess.run(["umount", "--lazy", str(tmp_path / "out")], check=True)
+        output_of("umount", "--lazy", tmp_path / "out")
 
 
 def fill(folder: Path, left: int = 40_960) -> Path:
@@ -169,7 +138,7 @@ def test_a_full_disk_is_retried(small_disk: Path):
     thread = Thread(target=lambda: (sleep(12), filler.unlink()))
     thread.start()
     done = commands_in(small_disk)("rl-design-space", *SWEEP[:-1])
-    thread.join()
+    thread.join(PATIENCE)
     check(small_disk)
     assert "3 learned now" in done.stdout
 

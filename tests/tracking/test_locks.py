@@ -13,7 +13,7 @@ import pytest
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.locks import PointLocks, locks_at, locks_path
-from tests.command_runner import heed_interrupts
+from tests.command_runner import PATIENCE, finished, heed_interrupts, next_line
 
 #: Locks the names among its arguments, prints whether it could, then calls the methods that its input names.
 OTHER = """
@@ -41,12 +41,12 @@ class Other:
         command = [sys.executable, "-c", OTHER, str(path), *names]
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True, preexec_fn=heed_interrupts)
-        self.locked = self.process.stdout.readline().split()
+        self.locked = next_line(self.process).split()
 
     def call(self, word: str, name: str) -> str:
         self.process.stdin.write(f"{word} {name}\n")
         self.process.stdin.flush()
-        return self.process.stdout.readline().strip()
+        return next_line(self.process).strip()
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def other(path: Path) -> Iterator:
     yield start
     for one in started:
         one.process.kill()
-        one.process.communicate()
+        finished(one.process)
 
 
 def test_a_lock_belongs_to_one_process(path: Path, other):
@@ -100,7 +100,7 @@ def test_locks_end_with_their_process(path: Path, other, how: signal.Signals):
     them = other("a", "b")
     assert not locks.acquire("a")
     them.process.send_signal(how)
-    them.process.wait()
+    them.process.wait(PATIENCE)
     assert locks.acquire("a")
     assert locks.acquire("b")
 

@@ -6,7 +6,6 @@ import os
 import sqlite3
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
@@ -20,13 +19,11 @@ from rl_design_space.tracking import process
 from rl_design_space.tracking.record import point_record
 from rl_design_space.tracking.spool import Spool
 from rl_design_space.tracking.tracker_process import FOREGROUND
-from tests.command_runner import environment
+from tests.command_runner import PATIENCE, environment, wait_until
 from tests.tracking.stores import copy_database, learned, options
 
 POINTS = 3
 LOWEST = 19
-#: Seconds that delivering the points, or changing the priority, may take.
-_PATIENCE = 60
 
 
 class NotingDelivery:
@@ -38,8 +35,7 @@ class NotingDelivery:
 
     def run_while(self, active: Callable[[], bool]) -> None:
         self.noted.put(os.getpriority(os.PRIO_PROCESS, 0))
-        while active() and not self._ended.is_set():
-            time.sleep(0.001)
+        wait_until(lambda: not active() or self._ended.is_set(), pause=0.001)
 
     def deliver_summaries(self) -> None:
         self.noted.put("summaries")
@@ -51,13 +47,13 @@ def test_the_priority_is_lowest_in_the_background_and_normal_in_the_foreground()
     ended, foreground = Event(), Event()
     delivery = NotingDelivery(ended)
     Thread(target=process._deliver, args=(delivery, ended, foreground), daemon=True).start()
-    assert delivery.noted.get(timeout=_PATIENCE) == LOWEST
+    assert delivery.noted.get(timeout=PATIENCE) == LOWEST
     foreground.set()
-    assert delivery.noted.get(timeout=_PATIENCE) == normal
+    assert delivery.noted.get(timeout=PATIENCE) == normal
     foreground.clear()
-    assert delivery.noted.get(timeout=_PATIENCE) == LOWEST
+    assert delivery.noted.get(timeout=PATIENCE) == LOWEST
     ended.set()
-    assert [delivery.noted.get(timeout=_PATIENCE) for _ in range(2)] == [normal, "summaries"]
+    assert [delivery.noted.get(timeout=PATIENCE) for _ in range(2)] == [normal, "summaries"]
     assert os.getpriority(os.PRIO_PROCESS, 0) == normal
 
 
@@ -80,14 +76,14 @@ def test_delivery_loses_nothing_when_the_parent_has_died_and_others_read_the_dat
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=tmp_path, env=environment(tmp_path)
     )
     child.stdout.close()
-    until = time.monotonic() + _PATIENCE
-    while spool.pending() and time.monotonic() < until:
-        # The last connection to a database that is closed removes its log: it must see all others.
-        finished(tmp_path / "mlflow.db")
-        time.sleep(0.001)
+
+    def delivered() -> bool:
+        finished(tmp_path / "mlflow.db")  # opens and closes the database: the last to close it removes its log
+        return not spool.pending()
+
+    wait_until(delivered, pause=0.001)
     child.stdin.close()
-    child.wait(_PATIENCE)
-    assert spool.pending() == []
+    child.wait(PATIENCE)
     assert finished(tmp_path / "mlflow.db") == POINTS
 
 

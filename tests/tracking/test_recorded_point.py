@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import getpass
 import math
-import subprocess
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -25,6 +24,7 @@ from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking import content
 from rl_design_space.tracking.tracker import StoredRun
+from tests.command_runner import output_of
 from tests.tracking.stores import learned, tracker_at
 from tests.tracking.stores import record as record_point
 
@@ -144,8 +144,7 @@ def test_the_commit_is_a_tag_where_there_is_a_checkout(recorded: Recorded):
     if not (checkout / ".git").exists():
         assert "mlflow.source.git.commit" not in recorded.run.data.tags
         return
-    command = ["git", "-C", str(checkout), "rev-parse", "HEAD"]
-    commit = subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    commit = output_of("git", "-C", checkout, "rev-parse", "HEAD").strip()
     assert recorded.run.data.tags["mlflow.source.git.commit"] == commit
 
 

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from threading import Thread
-from time import monotonic, sleep
+from time import sleep
 
 import pytest
 import requests
 
-from tests.command_runner import SCRIPTS, Completed, commands_in, environment
+from tests.command_runner import PATIENCE, Completed, commands_in, finished, started, wait_until
 from tests.servers import MlflowServer, Postgres, needs_postgres
 from tests.service import free_port
 from tests.tracking.stores import import_mlflow
@@ -96,9 +95,7 @@ def test_a_server_that_is_killed_and_restarted_gets_every_point_once(
     struck = []
 
     def strike() -> None:
-        deadline = monotonic() + 60
-        while not 2 <= len(recorded.runs()) < 20 and monotonic() < deadline:
-            sleep(0.02)
+        wait_until(lambda: 2 <= len(recorded.runs()) < 20)
         struck.append(len(recorded.runs()))
         mlflow_server.kill()
         sleep(2)
@@ -110,7 +107,7 @@ def test_a_server_that_is_killed_and_restarted_gets_every_point_once(
         seeds = ",".join(map(str, range(20)))
         done = command(*TINY, f"seed={seeds}", "tracking.patience=60", *at(mlflow_server.uri, "killed"))
     finally:
-        thread.join()
+        thread.join(PATIENCE)
     assert 0 < struck[0] < 20
     assert "20 learned now" in done.stdout
     recorded.check(20)
@@ -215,17 +212,13 @@ def test_postgresql_without_a_server(postgres: Postgres, command, tmp_path: Path
     assert re.search("access denied: .*PGPASSWORD", done.stderr)
     assert "password authentication failed" in command(*TINY, SEEDS, *store, PGPASSWORD="wrong", status=2).stderr
     # Two processes find an empty database: one of them creates the tables, the other waits.
-    words = [str(SCRIPTS / "rl-design-space"), *TINY, *store, "outputs=out"]
-    both = [
-        subprocess.Popen(
-            [*words, f"seed={seed}"], cwd=tmp_path, env=environment(tmp_path, PGPASSWORD=password),
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        )
-        for seed in (1, 2)
-    ]  # fmt: skip
-    for process in both:
-        output, _ = process.communicate(timeout=100)
-        assert process.returncode == 0, output
+    words = (*TINY, *store, "outputs=out")
+    with (
+        started(tmp_path, *words, "seed=1", PGPASSWORD=password) as one,
+        started(tmp_path, *words, "seed=2", PGPASSWORD=password) as other,
+    ):
+        for done in map(finished, (one, other)):
+            assert done.returncode == 0, done.stdout + done.stderr
     done = command(*TINY, SEEDS, *store, PGPASSWORD=password)
     assert "1 learned now, 2 before" in done.stdout
     monkeypatch.setenv("PGPASSWORD", password)

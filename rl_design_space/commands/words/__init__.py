@@ -1,4 +1,4 @@
-"""What `rl-design-space WORD …` does beside running design points: a module a word, with a `main(arguments)`."""
+"""The subcommands `rl-design-space WORD …`: one module per word, with a function `main(arguments)`."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ def names() -> list[str]:
 
 
 def summaries() -> dict[str, str]:
-    """What each word does, as the first line of its module says; none of them is imported for it."""
+    """Return the first line of each module's docstring, by word, without importing the modules."""
     return {word: _first_line(Path(__path__[0], f"{word}.py")) for word in names()}
 
 
 def run(word: str, arguments: Sequence[str]) -> None:
-    """Do what a word says; the rest of the command line is its own.
+    """Run the subcommand of a word with the other arguments of the command line.
 
     Raises:
-        ConfigError: something in the arguments cannot be used.
+        ConfigError: an argument cannot be used.
         SystemExit: with the exit status, if that is not 0.
     """
     import_module(f"{__name__}.{word}").main(arguments)

@@ -1,4 +1,4 @@
-"""List the choices and their options, or those of one choice; of studies also how many points they have."""
+"""List all choices with their options, or one choice; of studies also the number of points."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from rl_design_space.commands.lookup import question
 from rl_design_space.errors import ConfigError
 
-_MORE = "rl-design-space show CHOICE=OPTION tells more of one"
+_MORE = "rl-design-space show CHOICE=OPTION describes one option"
 _MORE_OF_ALL = "rl-design-space list study counts points"
 
 
@@ -17,16 +17,19 @@ def main(arguments: Sequence[str]) -> None:
     """Print options with their descriptions.
 
     Raises:
-        ConfigError: there is no such choice.
+        ConfigError: the choice does not exist.
     """
     parser = argparse.ArgumentParser(
         prog="rl-design-space list",
-        description="List the choices and their options, or those of one choice; of studies also their points.",
+        description="List all choices with their options, or one choice; of studies also the number of points.",
         epilog="examples: rl-design-space list; rl-design-space list representation; rl-design-space list study",
     )
     asked = question(parser, arguments, "[CHOICE]", "one choice, such as representation, study, hydra/launcher")
     if others := [override for override in asked.overrides if override not in asked.searchpath]:
-        raise ConfigError(f"{others[0]}: list takes no override but hydra.searchpath; show takes them")
+        raise ConfigError(
+            f"{others[0]}: list accepts no override except hydra.searchpath; "
+            f"use `rl-design-space show study=NAME {others[0]}`"
+        )
     from rl_design_space.catalogue.choices import choice
     from rl_design_space.catalogue.options import Options
     from rl_design_space.catalogue.search import searched

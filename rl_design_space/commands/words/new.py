@@ -1,4 +1,4 @@
-"""Starter files of an own component or study, with a test that passes."""
+"""Write starter files of your own component or study, with a test that passes."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from rl_design_space._paths import CONF
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
-#: What can be made: config groups.
-KINDS = ("exploration", "msa", "representation", "reward", "study", "world")
 _TEMPLATES = Path(__file__).parent / "templates"
-#: The config folder if none is named.
-_USUAL = "conf"
+#: Config groups for which there are templates.
+KINDS = tuple(sorted(path.name.partition(".")[0] for path in _TEMPLATES.glob("*.yaml.jinja")))
+#: The config folder if none is given.
+_DEFAULT_FOLDER = "conf"
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Write starter files, and say what to type next.
+    """Write starter files, and print the next commands.
 
     Raises:
-        ConfigError: there is no such kind, or the name cannot be used.
+        ConfigError: the kind does not exist, the name cannot be used, or a file exists.
     """
     parser = argparse.ArgumentParser(
         prog="rl-design-space new",
-        description="Write a module, an option and a test to start an own component from; docs/components.md has more.",
-        epilog=f"KIND is one of {', '.join(KINDS)}. {user_config.FLAG} DIR names another config folder than {_USUAL}.",
+        description="Write a module, an option and a test as the start of your own component; see docs/components.md.",
+        epilog=f"KIND is one of {', '.join(KINDS)}. {user_config.FLAG} DIR is the config folder ({_DEFAULT_FOLDER}).",
     )
-    parser.add_argument("kind", metavar="KIND", help="what to make, e.g. representation")
-    parser.add_argument("name", metavar="NAME", help="of the option and its module, e.g. rings")
+    parser.add_argument("kind", metavar="KIND", help="kind of component, e.g. representation")
+    parser.add_argument("name", metavar="NAME", help="name of the option and its module, e.g. rings")
     parsed = parser.parse_args(arguments)
-    folder = user_config.user_folder() or Path.cwd() / _USUAL
+    folder = user_config.user_folder() or Path.cwd() / _DEFAULT_FOLDER
     for path in write_starter(parsed.kind, parsed.name, folder):
         print(f"wrote {user_config.shown(path)}")
     print("next:")
@@ -47,26 +47,28 @@ def write_starter(kind: str, name: str, folder: Path) -> list[Path]:
 
     Args:
         kind: one of `KINDS`.
-        name: of the option, the module and the test.
-        folder: of config files; module and test lie beside it.
+        name: name of the option, the module and the test.
+        folder: config folder; module and test are written next to it.
 
     Returns:
-        The files written.
+        The paths of the files.
 
     Raises:
-        ConfigError: there is no such kind, the name cannot be used, or a file exists.
+        ConfigError: the kind does not exist, the name cannot be used, or a file exists.
     """
     if kind not in KINDS:
         raise ConfigError.unknown("kind", kind, KINDS)
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
-        raise ConfigError.at("NAME", name, "should be the name of a Python module, in small letters, e.g. rings")
+        raise ConfigError.at("NAME", name, "should be the name of a Python module in lower case, e.g. rings")
     if (CONF / kind / f"{name}.yaml").is_file():
-        raise ConfigError.at("NAME", name, f"there is a shipped {kind} of this name, which yours would shadow")
+        raise ConfigError.at(
+            "NAME", name, f"a shipped {kind} has this name, and yours would shadow it; choose another name"
+        )
     texts = _texts(kind, name, folder)
     if existing := [user_config.shown(path) for path in texts if path.exists()]:
-        raise ConfigError(f"{', '.join(existing)}: there already; nothing was written")
+        raise ConfigError(f"{', '.join(existing)}: exists already; nothing was written")
     if kind != "study" and (known := find_spec(name)):
-        raise ConfigError.at("NAME", name, f"there is a module of this name already, {known.origin}")
+        raise ConfigError.at("NAME", name, f"a module has this name already, {known.origin}; choose another name")
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -74,10 +76,10 @@ def write_starter(kind: str, name: str, folder: Path) -> list[Path]:
 
 
 def _texts(kind: str, name: str, folder: Path) -> dict[Path, str]:
-    """Every file with its content."""
+    """Return the content of every file, by path."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    # What is made is Python and YAML.
+    # The templates are Python and YAML, so nothing is escaped.
     templates = Environment(loader=FileSystemLoader(_TEMPLATES), undefined=StrictUndefined, keep_trailing_newline=True)
     words = {"kind": kind, "name": name, "class": _class_name(name), "conf": folder.name}
     files = {folder / kind / f"{name}.yaml": f"{kind}.yaml"}
@@ -89,7 +91,7 @@ def _texts(kind: str, name: str, folder: Path) -> dict[Path, str]:
 
 
 def _test(kind: str, name: str, folder: Path) -> Path:
-    """Where the test lies: a study may be called after the component that it is about."""
+    """Return the path of the test; that of a study differs, because a component may have the same name."""
     return folder.parent / (f"test_study_{name}.py" if kind == "study" else f"test_{name}.py")
 
 

@@ -1,4 +1,4 @@
-"""Learn the point of a recorded run again, and say whether the result is the same, bit by bit."""
+"""Re-run a recorded point, and compare the results bit for bit."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Compare a run with what its point gives now; exit with 1 if they differ.
+    """Compare a recorded run with a new run of its point; exit with status 1 if they differ.
 
     Raises:
-        ConfigError: there is no such run, or it did not keep its periods.
+        ConfigError: no run or several runs match, or the run does not hold its periods.
     """
     parser = argparse.ArgumentParser(prog="rl-design-space rerun", description=__doc__)
-    parser.add_argument("run_id", help="id of a run in MLflow, or its beginning")
-    parser.add_argument("overrides", nargs="*", help="where it was recorded: outputs=… tracking.uri=…; threads=…")
+    parser.add_argument("run_id", help="id of a run in MLflow, or a prefix of it")
+    parser.add_argument(
+        "overrides",
+        nargs="*",
+        help="settings, e.g. outputs=DIR, tracking.uri=URI or threads=N",
+    )
     options = parser.parse_args(arguments)
 
     from rl_design_space.commands.terminal import console

@@ -1,4 +1,4 @@
-"""Show an option with its parameters, a study with its points, or a key: what it takes, and its default."""
+"""Show an option with its parameters, a study with its points, or a key with type, range and default."""
 
 from __future__ import annotations
 
@@ -8,14 +8,17 @@ from collections.abc import Sequence
 
 from rl_design_space.commands.lookup import question
 
-_ABOUT = "CHOICE=OPTION, study=NAME, CHOICE, or a key such as seed, task, exploration.k; schemas: those of config files"
+_ABOUT = (
+    "CHOICE=OPTION, study=NAME, CHOICE, a key such as seed, task, exploration.k, "
+    "or schemas for the JSON Schemas of config files"
+)
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Print what is known of one thing.
+    """Print the description of an option, study, choice or key.
 
     Raises:
-        ConfigError: there is no such thing.
+        ConfigError: the subject does not exist.
     """
     parser = argparse.ArgumentParser(
         prog="rl-design-space show",
@@ -37,5 +40,5 @@ def main(arguments: Sequence[str]) -> None:
     from rl_design_space.commands.terminal import console
 
     for part in found.parts:
-        # Lines are left whole, so that what they name can be copied; paragraphs and tables fit the window.
+        # Lines are not wrapped, so that paths in them can be copied; paragraphs and tables fit the window.
         console.print(part, markup=False, soft_wrap=isinstance(part, str))

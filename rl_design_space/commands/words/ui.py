@@ -1,4 +1,4 @@
-"""MLflow's UI on what has been recorded, with a view of each study."""
+"""Open MLflow's UI on the recorded runs, with a view per study."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from pathlib import Path
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Serve the UI until Ctrl-C or SIGTERM, or name the pages of a server that is there.
+    """Serve the UI until Ctrl-C or SIGTERM; if the store is a tracking server, print its links instead.
 
     Raises:
-        ConfigError: nothing was recorded, the store cannot be used or the port is taken.
+        ConfigError: nothing is recorded, the store cannot be used, or the port is in use.
     """
     parser = argparse.ArgumentParser(
         prog="rl-design-space ui",
-        description="MLflow's UI on what has been recorded: all design points, sweeps, and a view of each study.",
+        description="Open MLflow's UI on the recorded runs: all design points, all sweeps, and a view per study.",
         epilog="example: rl-design-space ui outputs=outputs/quick --port 5001",
     )
-    parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
-    parser.add_argument("--port", type=int, default=5000, help="where to listen on this machine; 5000 if not given")
+    parser.add_argument("overrides", nargs="*", help="settings, e.g. outputs=DIR or tracking.uri=URI")
+    parser.add_argument("--port", type=int, default=5000, help="port of the UI on this machine (default: 5000)")
     given = parser.parse_intermixed_args(arguments)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with suppress(KeyboardInterrupt):
@@ -29,15 +29,15 @@ def main(arguments: Sequence[str]) -> None:
 
 
 def show(overrides: Sequence[str], port: int) -> None:
-    """Serve the UI until it is interrupted, or name the pages of a server that is there.
+    """Serve the UI until it is interrupted; if the store is a tracking server, print its links instead.
 
     Args:
-        overrides: of the settings.
-        port: to listen at.
+        overrides: settings, which select the store.
+        port: port of the UI.
 
     Raises:
-        ConfigError: as `main`.
-        KeyboardInterrupt: after the server has ended.
+        ConfigError: nothing is recorded, the store cannot be used, or the port is in use.
+        KeyboardInterrupt: raised after the server has stopped.
     """
     from rl_design_space.commands.terminal import console
     from rl_design_space.run.settings import settings_of, store_of
@@ -60,7 +60,7 @@ def show(overrides: Sequence[str], port: int) -> None:
 
 
 def _print(links: Mapping[str, str]) -> None:
-    """A line a page, never broken, so that a terminal makes a link of it."""
+    """Print one line per link, without wrapping, so that terminals recognise the links."""
     from rl_design_space.commands.terminal import console
 
     width = max(map(len, links))

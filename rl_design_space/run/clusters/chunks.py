@@ -1,4 +1,4 @@
-"""Chunks of points: how many are taken at a time, and what becomes of them on a cluster."""
+"""Learn points on a cluster in chunks: choose their sizes, and retry the points of workers that die."""
 
 from __future__ import annotations
 
@@ -10,60 +10,65 @@ from time import sleep
 from typing import Protocol
 
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.cost import expected_moves
+from rl_design_space.plan.cost import expected_steps
 from rl_design_space.plan.plan import PlannedPoint
-from rl_design_space.run.clusters.worker import Failure, prepared
-from rl_design_space.run.executor import Learned
+from rl_design_space.run.clusters.worker import Failure, pickled
+from rl_design_space.run.executor import PointResult
 
-#: Chunks a worker: one that it learns, and one that it need not wait for when it is done.
+#: Chunks per worker: one that it learns, and one that is ready when it is done.
 _IN_FLIGHT = 2
-#: About a second of learning, and points that are enough in any case: whoever waits for the last chunk waits briefly.
-_MOVES, _POINTS = 1.4e8, 64
-#: Workers that may die of a point before it is given up.
+#: Maximum size of a chunk, in steps (about a second of learning) and in points: the last chunk ends soon.
+_MAX_STEPS, _MAX_POINTS = 1.4e8, 64
+#: Number of workers that may die while they learn a point before the point fails.
 _ATTEMPTS = 3
-#: Seconds between two looks at the points when no result comes.
-_MOMENT = 0.2
 
 Results = Sequence[LearningCurves | Failure]
 
 
 class Cluster(Protocol):
-    """Workers that learn chunks of prepared points."""
+    """Workers that learn chunks of pickled points."""
 
     @property
     def workers(self) -> int:
-        """How many chunks are learned at the same time, at the moment."""
+        """Number of chunks that can currently be learned at the same time."""
         ...
 
     def submit(self, points: list[bytes]) -> Hashable:
-        """Have `learn_chunk` called with these points; tasks submitted first begin first."""
+        """Call `learn_chunk` with these points on a worker; tasks start in the order of submission."""
         ...
 
     def wait(self, seconds: float) -> Iterable[tuple[Hashable, Results | None]]:
-        """Some tasks that are done, as soon as there are any, and their results; None if the worker died.
+        """Wait until at least one task is done.
+
+        Args:
+            seconds: how long to wait at most.
+
+        Returns:
+            The tasks that are done and their results; None in place of the results if the worker died.
 
         Raises:
-            ConfigError: the cluster cannot be used, or is gone.
+            ConfigError: the cluster cannot be used or reached.
         """
         ...
 
     def close(self) -> None:
-        """Give up what is under way, and end what was started."""
+        """Cancel all tasks, and stop the processes that were started."""
         ...
 
 
 def learn_in_chunks(
-    cluster: Cluster, points: Iterator[PlannedPoint | None], size: int | None
-) -> Generator[Learned, None, None]:
-    """Learn points on a cluster, which is closed at the end; see `Executor.learn`.
+    cluster: Cluster, points: Iterator[PlannedPoint | None], size: int | None, *, poll: float = 0.2
+) -> Generator[PointResult, None, None]:
+    """Learn points on a cluster, and close it at the end; see `Executor.learn`.
 
     Args:
-        cluster: where.
-        points: None means that there is nothing at the moment.
-        size: points a chunk; if None, few enough that all workers stay busy to the end.
+        cluster: learns the chunks.
+        points: the points to learn; None means that no point is available yet.
+        size: number of points per chunk; if None, few enough that all workers stay busy to the end.
+        poll: seconds to wait for a result before the points are asked again.
     """
     with closing(cluster):
-        yield from _Learning(cluster, points, size).run()
+        yield from _ChunkQueue(cluster, points, size, poll).run()
 
 
 @dataclass
@@ -73,58 +78,59 @@ class _Chunk:
     deaths: int = 0
 
 
-class _Learning:
-    """The chunks that are under way, and those that have to be learned again."""
+class _ChunkQueue:
+    """The chunks that are in progress, and those that have to be retried."""
 
-    def __init__(self, cluster: Cluster, points: Iterator[PlannedPoint | None], size: int | None) -> None:
+    def __init__(self, cluster: Cluster, points: Iterator[PlannedPoint | None], size: int | None, poll: float) -> None:
         self._cluster = cluster
         self._points = points
         self._size = size
-        self._under_way: dict[Hashable, _Chunk] = {}
-        self._again: deque[_Chunk] = deque()
+        self._poll = poll
+        self._in_progress: dict[Hashable, _Chunk] = {}
+        self._retries: deque[_Chunk] = deque()
         self._taken = 0
         self._ended = False
 
-    def run(self) -> Generator[Learned, None, None]:
+    def run(self) -> Generator[PointResult, None, None]:
         yield from self._fill()
-        while self._under_way or not self._ended:
-            results: list[Learned] = []
-            if self._under_way:
-                for task, curves in self._cluster.wait(_MOMENT):
-                    results += self._done(self._under_way.pop(task), curves)
+        while self._in_progress or not self._ended:
+            results: list[PointResult] = []
+            if self._in_progress:
+                for task, curves in self._cluster.wait(self._poll):
+                    results += self._done(self._in_progress.pop(task), curves)
             else:
-                sleep(_MOMENT)
-            # Workers get their next chunk before anybody spends time on the results.
+                sleep(self._poll)
+            # Submit the next chunks before yielding: the consumer spends time on the results.
             results += self._fill()
             yield from results
 
-    def _fill(self) -> list[Learned]:
-        """Keep all workers busy; points that cannot be sent are what is returned."""
-        failed: list[Learned] = []
+    def _fill(self) -> list[PointResult]:
+        """Submit chunks until all workers are busy; return the points that cannot be pickled."""
+        failed: list[PointResult] = []
         most = _IN_FLIGHT * max(self._cluster.workers, 1)
-        while len(self._under_way) < most:
-            chunk = self._again.popleft() if self._again else self._take(most, failed)
+        while len(self._in_progress) < most:
+            chunk = self._retries.popleft() if self._retries else self._take(most, failed)
             if not chunk.points:
                 break
-            self._under_way[self._cluster.submit(chunk.pickled)] = chunk
+            self._in_progress[self._cluster.submit(chunk.pickled)] = chunk
         return failed
 
-    def _take(self, in_flight: int, failed: list[Learned]) -> _Chunk:
-        """The next points. The first chunks are small: so many workers share however few points there are."""
-        most, moves = self._size or min(_POINTS, 1 + self._taken // in_flight), 0.0
+    def _take(self, in_flight: int, failed: list[PointResult]) -> _Chunk:
+        """Return the next points. The first chunks are small, so that all workers get a share of few points."""
+        most, steps = self._size or min(_MAX_POINTS, 1 + self._taken // in_flight), 0.0
         chunk = _Chunk([], [])
-        while len(chunk.points) < most and (self._size or moves < _MOVES):
+        while len(chunk.points) < most and (self._size or steps < _MAX_STEPS):
             planned = self._next()
             if planned is None:
                 break
             self._taken += 1
             try:
-                chunk.pickled.append(prepared(planned))
+                chunk.pickled.append(pickled(planned))
             except Exception as error:
                 failed.append((planned, error))
                 continue
             chunk.points.append(planned)
-            moves += expected_moves(planned.point)
+            steps += expected_steps(planned.point)
         return chunk
 
     def _next(self) -> PlannedPoint | None:
@@ -136,15 +142,17 @@ class _Learning:
             self._ended = True
             return None
 
-    def _done(self, chunk: _Chunk, results: Results | None) -> Iterator[Learned]:
+    def _done(self, chunk: _Chunk, results: Results | None) -> Iterator[PointResult]:
         if results is not None:
             for planned, result in zip(chunk.points, results, strict=True):
                 yield planned, result.error() if isinstance(result, Failure) else result
         elif len(chunk.points) > 1:
-            # Each alone: one of them may be what the worker died of.
-            self._again += [_Chunk([one], [pickled]) for one, pickled in zip(chunk.points, chunk.pickled, strict=True)]
+            # Retry each point alone: one of them may have killed the worker.
+            self._retries += [
+                _Chunk([one], [pickled]) for one, pickled in zip(chunk.points, chunk.pickled, strict=True)
+            ]
         elif chunk.deaths + 1 < _ATTEMPTS:
-            self._again.append(_Chunk(chunk.points, chunk.pickled, chunk.deaths + 1))
+            self._retries.append(_Chunk(chunk.points, chunk.pickled, chunk.deaths + 1))
         else:
-            reason = f"{_ATTEMPTS} workers died while they learned it; it may need more memory than they have"
+            reason = f"{_ATTEMPTS} workers died while they learned this point; it may need more memory than they have"
             yield chunk.points[0], RuntimeError(reason)

@@ -12,16 +12,16 @@ from typing import Any
 from rl_design_space.config.user_config import module_folders
 from rl_design_space.learning.version import KERNEL_VERSION
 from rl_design_space.run.clusters.chunks import Cluster, Results
-from rl_design_space.run.clusters.cluster_executor import PATIENCE, ClusterExecutor, unreachable, unusable
+from rl_design_space.run.clusters.cluster_executor import CONNECT_TIMEOUT, ClusterExecutor, unreachable, unusable
 from rl_design_space.run.clusters.worker import learn_chunk
 
-#: Of a local cluster: when a worker dies, its chunk comes back at once; and no other is waiting at that worker, which
-#: would look as guilty.
+#: Config of a local cluster: when a worker dies, its chunk fails at once, and no other chunk is queued at that worker,
+#: which would fail with it.
 _CONFIG = {"distributed.scheduler.allowed-failures": 0, "distributed.scheduler.worker-saturation": 1.0}
-#: Those that have levels of their own; what matters is told by whoever waits for a result.
+#: Loggers that set their own levels; errors are reported with the result that they concern.
 _LOGGERS = ("distributed", "distributed.client", "distributed.gc")
-#: Seconds that a worker has to end.
-_BRIEFLY = 0.5
+#: Seconds to wait for a worker to end.
+_KILL_TIMEOUT = 0.5
 
 
 class DaskExecutor(ClusterExecutor):
@@ -35,7 +35,7 @@ class DaskExecutor(ClusterExecutor):
 
 
 class _DaskCluster:
-    """A client, and the cluster that it is a client of if that was started here."""
+    """A client, and its cluster if that was started here."""
 
     def __init__(self, distributed: Any, address: str | None, threads: int) -> None:
         self._distributed, self._address = distributed, address
@@ -45,7 +45,7 @@ class _DaskCluster:
         with ExitStack() as stack:
             try:
                 target = address or _local_cluster(distributed, threads, stack)
-                self._client = distributed.Client(target, timeout=PATIENCE, set_as_default=False)
+                self._client = distributed.Client(target, timeout=CONNECT_TIMEOUT, set_as_default=False)
             except OSError as error:
                 raise unreachable(str(address), error) from error
             stack.callback(self._client.close)
@@ -89,7 +89,7 @@ def _local_cluster(distributed: Any, workers: int, stack: ExitStack) -> Any:
             threads_per_worker=1,
             host="127.0.0.1",
             dashboard_address=None,
-            # Dask opens a port for people even so; it should not be one that may be taken.
+            # Dask opens a dashboard port even so; port 0 chooses a free one.
             scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             silence_logs=logging.CRITICAL,
             memory_limit=0,
@@ -100,10 +100,10 @@ def _local_cluster(distributed: Any, workers: int, stack: ExitStack) -> Any:
 
 
 def _end_workers(cluster: Any) -> None:
-    """End the workers of a local cluster, whatever they are at: when asked to, they would end their chunk first."""
+    """Kill the workers of a local cluster: on a regular stop, they would finish their chunks first."""
 
     async def end() -> None:
-        ending = (nanny.kill(timeout=_BRIEFLY) for nanny in cluster.workers.values())
+        ending = (nanny.kill(timeout=_KILL_TIMEOUT) for nanny in cluster.workers.values())
         await asyncio.gather(*ending, return_exceptions=True)
 
     cluster.sync(end)

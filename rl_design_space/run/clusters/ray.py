@@ -17,18 +17,18 @@ from rl_design_space.run.clusters.chunks import Cluster, Results
 from rl_design_space.run.clusters.cluster_executor import ClusterExecutor, unreachable, unusable
 from rl_design_space.run.clusters.worker import learn_chunk
 
-#: Ray tells nobody that it is used, and leaves the variables alone that hide GPUs, of which it would warn. Of what it
-#: would print it skips everything: workers that die are told by whoever waits for a result.
+#: No usage statistics; no changes of the variables that hide GPUs, of which Ray would warn; no output of workers: those
+#: that die are reported with the result that they concern.
 _ENVIRONMENT = {
     "RAY_USAGE_STATS_ENABLED": "0",
     "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",
     "RAY_DEDUP_LOGS_SKIP_REGEX": ".",
 }
-#: Somebody at an address who is no cluster is asked once, not for minutes.
+#: Try an address that is no cluster once, not for minutes.
 _REMOTE = {"RAY_NUM_REDIS_GET_RETRIES": "1"}
-#: A local cluster listens on the loopback address only, which Ray does by itself except on Linux, and asks for a token.
+#: A local cluster listens on the loopback address only, which is not Ray's default on Linux, and requires a token.
 _LOCAL = {"RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0", "RAY_AUTH_MODE": "token"}
-#: Ray's sockets lie in its folder, and the path of a socket may not be long.
+#: Ray's folder holds its sockets, whose paths have to be short.
 _SHORT = Path("/tmp")
 
 
@@ -45,7 +45,7 @@ class RayExecutor(ClusterExecutor):
         if address is not None:
             os.environ.update(_REMOTE)
         else:
-            # Were there no token, Ray would make one and keep it in the user's home.
+            # Without a token, Ray would create one and store it in the user's home.
             os.environ.update(_LOCAL, RAY_AUTH_TOKEN=secrets.token_hex(32))
         super().__init__(address, chunk, threads)
 
@@ -54,7 +54,7 @@ class RayExecutor(ClusterExecutor):
 
 
 class _RayCluster:
-    """A connection to a cluster, which ends with it if it was started here."""
+    """A connection to a cluster, and the cluster itself if it was started here."""
 
     def __init__(self, ray: Any, address: str | None, threads: int) -> None:
         self._ray, self._address = ray, address
@@ -63,14 +63,14 @@ class _RayCluster:
         self._lost = tuple(getattr(ray.exceptions, name) for name in lost)
         with ExitStack() as stack:
             options = {} if address else _local_options(threads, stack)
-            # Ends what is under way, too. To cancel it before may make Ray abort the process, if it is just done.
+            # This cancels tasks as well. Cancelling a task that has just ended may make Ray abort the process.
             stack.callback(ray.shutdown)
             on_term = signal.getsignal(signal.SIGTERM)
             try:
                 ray.init(address or "local", log_to_driver=False, logging_level=logging.CRITICAL, **options)
             except Exception as error:
                 raise unreachable(str(address), error) from error
-            # Ray's own handler ends the process before anything is tidied up.
+            # Ray's own handler ends the process without any cleanup.
             signal.signal(signal.SIGTERM, on_term)
             self._stack = stack.pop_all()
         self._learn_chunk = ray.remote(max_retries=0)(learn_chunk)

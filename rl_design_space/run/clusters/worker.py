@@ -1,4 +1,4 @@
-"""What runs on a worker of a cluster: points in, learning curves out."""
+"""The task of a worker of a cluster: pickled points in, learning curves out."""
 
 from __future__ import annotations
 
@@ -19,58 +19,59 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Failure:
-    """What went wrong with a point, in words: not every exception can leave its process.
+    """The error of a point as text, because not every exception can be pickled.
 
     Attributes:
-        kind: name of the exception's class.
-        text: its message, and the place where it was raised.
+        kind: class name of the exception.
+        text: its message, with the file and line that raised it.
     """
 
     kind: str
     text: str
 
     def error(self) -> Exception:
-        """An exception that reads like the one that was raised."""
+        """Return an exception with the same class name and message."""
         kind = type(self.kind, (RuntimeError,), {})
         error: Exception = kind(self.text)
         return error
 
 
-def prepared(planned: PlannedPoint) -> bytes:
-    """A point as workers get it, with its identity.
+def pickled(planned: PlannedPoint) -> bytes:
+    """Return a point and its fingerprint, pickled.
 
     Raises:
-        Exception: a component cannot leave its process.
+        Exception: a component cannot be pickled.
     """
     return pickle.dumps((planned.fingerprint, planned.point))
 
 
 def learn_chunk(points: Sequence[bytes], kernel: int, folders: Sequence[str] = ()) -> list[LearningCurves | Failure]:
-    """Learn points one after the other, each whatever becomes of the others.
+    """Learn points one after the other; a failed point does not affect the others.
 
     Args:
-        points: prepared one by one, so that one that cannot be read here leaves the others alone.
-        kernel: the version of the learning algorithm that is expected.
-        folders: where modules of the user's own are looked for.
+        points: pickled one by one, so that one that cannot be unpickled here does not affect the others.
+        kernel: the expected version of the learning algorithm.
+        folders: folders that are searched for user modules.
 
     Raises:
-        RuntimeError: the algorithm is another one here, so that results would not be those that are asked for.
+        RuntimeError: this worker has another version of the learning algorithm, so its results would differ.
     """
     if kernel != KERNEL_VERSION:
         raise RuntimeError(
-            f"the worker's rl-design-space learns by version {KERNEL_VERSION} of the algorithm, not by {kernel}"
+            f"the worker's rl-design-space has version {KERNEL_VERSION} of the learning algorithm, not {kernel}; "
+            "install the same release on all machines"
         )
     make_importable(folders)
     return [_learn(point) for point in points]
 
 
-def _learn(prepared_point: bytes) -> LearningCurves | Failure:
+def _learn(point_bytes: bytes) -> LearningCurves | Failure:
     from rl_design_space.learning.simulation import simulate
 
     try:
-        expected, point = pickle.loads(prepared_point)
+        expected, point = pickle.loads(point_bytes)
         if fingerprint(point) != expected:
-            raise RuntimeError("the worker has another version of an own component in memory; restart the workers")
+            raise RuntimeError("the worker has loaded another version of a user component; restart the workers")
         return simulate(point, threads=1)
     except Exception as error:
         place = extract_tb(error.__traceback__)[-1]

@@ -1,26 +1,24 @@
-"""Real clusters of this machine's cores, through the real command line: the same bits, and workers that are killed."""
+"""Real clusters on this machine, through the real command line: identical results, and workers that are killed."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sqlite3
-import subprocess
 import sys
-import time
 from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.command_runner import Command, commands_in, runs, started
+from tests.command_runner import Command, commands_in, finished, runs, started, wait_until
 
 LAUNCHERS = ("design_dask", "design_ray")
 SWEEP = ("-m", "task.periods=3", "task.trials=5", "representation=ad_hoc,direction", "world.size=4,5,6")
 
-#: The first worker that comes to size 5 leaves its number and stays; who comes later, learns. And one that raises.
-#: The process that plans has the command's name in its command line; workers are started otherwise.
+#: A world whose first worker at size 5 writes its process id and blocks, while later ones learn; and one that raises.
+#: The planning process is recognised by the name of the command in its command line, which workers do not have.
 OWN = """
 import os
 import time
@@ -65,7 +63,7 @@ def command(folder: Path, empty_database: Path) -> Command:
 
 
 def results(folder: Path, outputs: str) -> dict[str, tuple[bytes, bytes]]:
-    """What was learned of each point, by fingerprint."""
+    """Return the recorded arrays of each point, by fingerprint."""
     query = """select t.value, r.artifact_uri from runs r join tags t using (run_uuid)
                where t.key = 'fingerprint' and r.status = 'FINISHED'"""
     with closing(sqlite3.connect(folder / outputs / "mlflow.db")) as database:
@@ -75,22 +73,16 @@ def results(folder: Path, outputs: str) -> dict[str, tuple[bytes, bytes]]:
     return {name: (array["steps"].tobytes(), array["success"].tobytes()) for name, array in arrays.items()}
 
 
-def waiting_for(path: Path, process: subprocess.Popen[str]) -> None:
-    while not path.exists():
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.05)
-
-
-def test_a_cluster_gives_the_same_bits_even_when_a_worker_is_killed(launcher: str, command: Command, folder: Path):
+def test_a_cluster_gives_identical_results_even_when_a_worker_is_killed(launcher: str, command: Command, folder: Path):
     words = (*SWEEP, "world._target_=mine.Waiting", "threads=2")
-    process = started(folder, *words, f"hydra/launcher={launcher}", "hydra.launcher.chunk=2", "outputs=out/there")
-    waiting_for(folder / "out" / "worker", process)
-    os.kill(int((folder / "out" / "worker").read_text()), signal.SIGKILL)
-    out, err = process.communicate(timeout=120)
-    assert process.returncode == 0, out + err
-    assert err == ""
-    assert f"2 {launcher.removeprefix('design_').capitalize()} workers" in out
-    assert "6 learned now, 0 before, 0 failed" in out
+    there = (f"hydra/launcher={launcher}", "hydra.launcher.chunk=2", "outputs=out/there")
+    with started(folder, *words, *there) as process:
+        wait_until((folder / "out" / "worker").exists, process)
+        os.kill(int((folder / "out" / "worker").read_text()), signal.SIGKILL)
+        done = finished(process)
+    assert (done.returncode, done.stderr) == (0, ""), done
+    assert f"2 {launcher.removeprefix('design_').capitalize()} workers" in done.stdout
+    assert "6 learned now, 0 before, 0 failed" in done.stdout
     assert runs(folder, "sweeps", "out/there") == [("sweep", "FINISHED")]
     command("rl-design-space", *words, outputs="out/here")
     here = results(folder, "out/here")
@@ -98,7 +90,7 @@ def test_a_cluster_gives_the_same_bits_even_when_a_worker_is_killed(launcher: st
     assert here == results(folder, "out/there")
 
 
-def test_a_point_that_fails_fails_alone(launcher: str, command: Command, folder: Path):
+def test_a_failed_point_does_not_stop_the_others(launcher: str, command: Command, folder: Path):
     words = (*SWEEP, "world._target_=mine.Fragile", f"hydra/launcher={launcher}")
     done = command("rl-design-space", *words, status=1, outputs="out/failed")
     assert "4 learned now, 0 before, 2 failed" in done.stdout
@@ -107,21 +99,18 @@ def test_a_point_that_fails_fails_alone(launcher: str, command: Command, folder:
     assert len(results(folder, "out/failed")) == 4
 
 
-def test_an_interruption_ends_workers_and_all(launcher: str, command: Command, folder: Path):
+def test_an_interruption_ends_all_workers(launcher: str, command: Command, folder: Path):
     (folder / "out" / "worker").unlink(missing_ok=True)
     words = [*SWEEP, "world._target_=mine.Waiting", f"hydra/launcher={launcher}", "threads=2"]
-    process = started(folder, *words, "outputs=out/interrupted")
-    waiting_for(folder / "out" / "worker", process)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 130, out + err
-    assert err.splitlines()[-1].startswith("interrupted; the same command goes on")
-    assert "Traceback" not in err
+    with started(folder, *words, "outputs=out/interrupted") as process:
+        wait_until((folder / "out" / "worker").exists, process)
+        process.send_signal(signal.SIGINT)
+        done = finished(process)
+    assert done.returncode == 130, done
+    assert done.stderr.splitlines()[-1].startswith("interrupted; run the same command again")
+    assert "Traceback" not in done.stderr
     worker = int((folder / "out" / "worker").read_text())
-    deadline = time.monotonic() + 60
-    while _lives(worker):
-        assert time.monotonic() < deadline, "the worker lives on"
-        time.sleep(0.1)
+    wait_until(lambda: not _lives(worker))
     assert runs(folder, "sweeps", "out/interrupted")[-1] == ("sweep", "KILLED")
 
 
@@ -138,17 +127,17 @@ def _lives(process: int) -> bool:
     [
         ("hydra.launcher.chunk=0", "hydra.launcher.chunk=0: should be null or a whole number of at least 1"),
         ("hydra.launcher.address=here", "hydra.launcher.address=here: should be null or like "),
-        # Nobody listens at this port of this machine.
+        # Nothing listens at this port.
         ("hydra.launcher.address=127.0.0.1:9", "hydra.launcher.address=127.0.0.1:9: no cluster can be reached there: "),
     ],
 )
-def test_what_is_wrong_with_a_cluster_is_told_at_once(launcher: str, override: str, message: str, command: Command):
+def test_an_unreachable_cluster_is_reported_at_once(launcher: str, override: str, message: str, command: Command):
     done = command("rl-design-space", *SWEEP, f"hydra/launcher={launcher}", override, "tracking=none", status=2)
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"error: {message}")
 
 
-def test_without_the_extra_it_says_what_to_install(launcher: str, command: Command, folder: Path):
+def test_a_missing_extra_is_named(launcher: str, command: Command, folder: Path):
     extra, module = (("dask", "distributed"), ("ray", "ray"))[LAUNCHERS.index(launcher)]
     program = f"import sys; sys.modules[{module!r}] = None; from rl_design_space.commands.cli import main; main()"
     done = command(sys.executable, "-c", program, *SWEEP, f"hydra/launcher={launcher}", "tracking=none", status=2)

@@ -1,1 +1,1 @@
-"""Hydra plugins of rl-design-space. Hydra imports them at every start, so they import nothing heavy themselves."""
+"""Hydra plugins of rl-design-space. Hydra imports them at every start, so their modules import nothing heavy."""

@@ -1,4 +1,4 @@
-"""The launchers that know design points: `hydra/launcher=design`, `design_dask`, `design_ray`."""
+"""Launchers that learn design points: `hydra/launcher=design`, `design_dask`, `design_ray`."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 class DesignLauncher(BasicLauncher):
-    """Learns design points on the threads of this process; jobs of any other application one after the other.
+    """Learns design points on the threads of this process; runs jobs of other applications one after the other.
 
     Args:
-        dumps: whether each point leaves its resolved config and overrides in a folder of its own, beside its run.
+        dumps: whether the resolved config and the overrides of each point are written to a folder of its own.
     """
 
     def __init__(self, dumps: bool = False) -> None:
@@ -25,22 +25,22 @@ class DesignLauncher(BasicLauncher):
         self.dumps = dumps
 
     def executor(self, threads: int) -> Executor:
-        """Who learns the points.
+        """Return the executor that learns the points.
 
         Args:
-            threads: cores of this machine that may learn.
+            threads: number of threads that learn on this machine.
         """
-        from rl_design_space.run.executor import LocalExecutor
+        from rl_design_space.run.local_executor import LocalExecutor
 
         return LocalExecutor(threads)
 
     def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> Sequence[JobReturn]:
-        """Run jobs for another sweeper."""
-        # Not imported: that would set Hydra's version for whatever application this is.
+        """Run the jobs of another sweeper."""
+        # Do not import it: that would set the Hydra version of another application.
         cli = sys.modules.get("rl_design_space.commands.cli")
         if cli is None or self.task_function is not getattr(cli.application, "__wrapped__", None):
             return super().launch(job_overrides, initial_job_idx)
-        from rl_design_space.commands.sweep import launch
+        from rl_design_space.commands.foreign_sweep import launch
 
         assert self.config is not None
         return launch(job_overrides, self.config, self)
@@ -50,8 +50,8 @@ class DesignDaskLauncher(DesignLauncher):
     """Learns design points on a Dask cluster.
 
     Args:
-        address: of its scheduler; unless given, a cluster of this machine's cores is started.
-        chunk: points a task; unless given, few enough that all workers stay busy to the end.
+        address: address of its scheduler; if None, a cluster is started on this machine.
+        chunk: number of points per task; if None, few enough that all workers stay busy to the end.
     """
 
     def __init__(self, address: str | None = None, chunk: int | None = None, dumps: bool = False) -> None:
@@ -68,8 +68,8 @@ class DesignRayLauncher(DesignLauncher):
     """Learns design points on a Ray cluster.
 
     Args:
-        address: of the cluster; unless given, one of this machine's cores is started.
-        chunk: points a task; unless given, few enough that all workers stay busy to the end.
+        address: address of the cluster; if None, a cluster is started on this machine.
+        chunk: number of points per task; if None, few enough that all workers stay busy to the end.
     """
 
     def __init__(self, address: str | None = None, chunk: int | None = None, dumps: bool = False) -> None:

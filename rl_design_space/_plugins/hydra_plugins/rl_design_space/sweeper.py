@@ -1,4 +1,4 @@
-"""The sweeper that knows design points: `hydra/sweeper=design`."""
+"""The sweeper that plans design points: `hydra/sweeper=design`."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from omegaconf import DictConfig
 
 
 class DesignSweeper(Sweeper):
-    """Plans the points of studies and sweep overrides, each once, and runs those that are not stored.
+    """Plans the points of studies and sweep overrides, each once, and runs those that have no complete run.
 
     Args:
-        params: sweep overrides by key; those of the command line replace them.
+        params: sweep overrides by key; overrides of the command line replace them.
     """
 
     def __init__(self, params: Mapping[str, str] | None = None) -> None:
@@ -25,14 +25,14 @@ class DesignSweeper(Sweeper):
         self._launcher: Launcher | None = None
 
     def setup(self, *, hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig) -> None:
-        """Take over what Hydra knows."""
+        """Keep the config, and create the launcher."""
         self._config = config
         self._launcher = Plugins.instance().instantiate_launcher(
             hydra_context=hydra_context, task_function=task_function, config=config
         )
 
     def sweep(self, arguments: list[str]) -> Any:
-        """Run the sweep that these task overrides ask for."""
+        """Run the sweep that these task overrides describe."""
         from rl_design_space.commands.sweep import sweep
 
         assert self._config is not None

@@ -1,0 +1,105 @@
+"""The commands `rl-design-report heatmap`, `curves`, `sensitivity` and `compare`: figures of any recorded runs."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rl_design_space.config import user_config
+from rl_design_space.config.build import construct
+from rl_design_space.errors import ConfigError
+
+if TYPE_CHECKING:
+    from rl_design_space.report.base import Report
+
+#: Words of the command, with what they draw.
+WORDS = {
+    "heatmap": "a number by two parameters, as a table of colours",
+    "curves": "learning curves by the values of parameters",
+    "sensitivity": "how much a number depends on one parameter",
+    "compare": "two choices side by side, everything else equal, paired by period",
+}
+
+
+def main(word: str, arguments: Sequence[str]) -> list[Path]:
+    """Draw the figure of a word.
+
+    Args:
+        word: one of `WORDS`.
+        arguments: of the command line, after the word.
+
+    Returns:
+        The files written.
+
+    Raises:
+        ConfigError: there are no such runs, or they have no such parameter or value.
+    """
+    chosen = _parser(word).parse_intermixed_args(arguments)
+    if unknown := [word_ for word_ in chosen.overrides if "=" not in word_]:
+        raise ConfigError(f"{unknown[0]}: not an override; should be KEY=VALUE, such as outputs=elsewhere")
+
+    from rl_design_space.report.runs import Runs
+    from rl_design_space.run.settings import settings_of
+    from rl_design_space.tracking.run_frame import of_newest_code
+
+    settings = settings_of(chosen.overrides)
+    reader = settings.tracking.reader()
+    figure = _figure(word, chosen)
+    command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])
+    frame, remarks = reader.frame(chosen.study, chosen.filter), []
+    if not any(".source" in argument for argument in arguments):
+        every, frame = frame, of_newest_code(frame)
+        if left_out := len(every) - len(frame):
+            remarks = [f"Left out: {left_out} of {len(every)} runs, of components whose code was changed since."]
+    runs = Runs.of_frame(frame, reader, command, remarks)
+    name = chosen.name or _name(word, figure.heading)
+    return figure.write_runs(runs, Path(settings.outputs) / "report" / name)
+
+
+def _parser(word: str) -> argparse.ArgumentParser:
+    """Return the parser of a word; arguments that are fields of its report have their names."""
+    parser = argparse.ArgumentParser(
+        prog=f"rl-design-report {word}",
+        description=f"Draw {WORDS[word]}, from recorded runs, into outputs/report: PNG, SVG, CSV and Markdown.",
+    )
+    if word == "heatmap":
+        parser.add_argument("--rows", required=True, metavar="PARAMS", help="of the rows: representation,reward")
+        parser.add_argument("--cols", required=True, metavar="PARAMS", help="of the columns: exploration.k")
+    elif word == "curves":
+        parser.add_argument("--by", required=True, metavar="PARAMS", help="parameters that make the lines")
+        parser.add_argument("--curve", default="steps/mean", help="which learning curve (default: %(default)s)")
+    elif word == "sensitivity":
+        parser.add_argument("parameter", help="such as exploration.k")
+    else:
+        parser.add_argument("a", help="values of parameters, such as representation=ad_hoc; several in quotes")
+        parser.add_argument("b", help="values of the same parameters on the other side")
+    if word != "curves":
+        parser.add_argument("--value", default="total_steps", help="which scalar (default: %(default)s)")
+    if word in ("heatmap", "curves"):
+        parser.add_argument("--mean", action="store_true", help="average runs that differ in more than their seed")
+    parser.add_argument("--study", help="the runs of a study; all recorded runs if neither this nor --filter is given")
+    parser.add_argument("--filter", help="the runs that a filter of MLflow finds: \"params.reward = 'end_reward'\"")
+    parser.add_argument("--title", default="", help="of the picture")
+    parser.add_argument("--name", help="of the files, without suffix")
+    parser.add_argument("overrides", nargs="*", help="the store with the runs: outputs=… tracking.uri=…")
+    return parser
+
+
+def _figure(word: str, chosen: argparse.Namespace) -> Report:
+    from rl_design_space import report
+
+    kinds: dict[str, Any] = {"heatmap": report.Heatmap, "curves": report.Curves, "sensitivity": report.Sensitivity}
+    kind = kinds.get(word, report.Compare)
+    names = {field.name for field in fields(kind)}
+    figure: Report = construct(kind, {name: value for name, value in vars(chosen).items() if name in names})
+    return figure
+
+
+def _name(word: str, heading: str) -> str:
+    """Return the name of the files of a heading."""
+    return f"{word}-{re.sub(r'[^A-Za-z0-9.]+', '-', heading).strip('-')}"

@@ -1,0 +1,65 @@
+"""What a sweep prints: its plan, or its outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from rl_design_space.commands.terminal import (
+    console,
+    counted,
+    duration,
+    failure_table,
+    outcome_line,
+    pending_line,
+    plan_lines,
+    plan_table,
+)
+from rl_design_space.plan.cost import expected_seconds
+from rl_design_space.plan.plan import Plan
+from rl_design_space.run.outcome import Outcome
+from rl_design_space.run.settings import Settings
+
+
+def show_plan(plan: Plan, settings: Settings, recorded: Collection[str]) -> None:
+    """Print the axes of a plan, how its points were counted, and how long the missing points will take.
+
+    Args:
+        plan: the points of the sweep.
+        settings: of the command.
+        recorded: fingerprints of the points that have a complete run.
+    """
+    left = [planned.point for planned in plan if planned.fingerprint not in recorded]
+    threads = settings.learning_threads
+    if plan.axes:
+        console.print(plan_table(plan))
+    for line in plan_lines(plan):
+        console.print(line, markup=False, soft_wrap=True)
+    if settings.shard:
+        number, of = settings.shard
+        console.print(f"part {number} of {of}: {counted(len(plan), 'point')}")
+    seconds = duration(expected_seconds(left, threads))
+    console.print(f"{len(recorded):,} recorded already, {len(left):,} to run: about {seconds} on {threads} cores")
+    console.print("nothing was run; leave out plan=true to run these points", markup=False)
+
+
+def show_outcome(plan: Plan, outcome: Outcome, location: str, command: str) -> None:
+    """Print the outcome of a sweep: counts, failures, and pending records.
+
+    Args:
+        plan: the points of the sweep.
+        outcome: of the sweep.
+        location: name of the tracking store.
+        command: the command line, which continues a sweep that was stopped by a failure.
+    """
+    console.print(outcome_line(plan, outcome, location), markup=False, soft_wrap=True)
+    if outcome.failed:
+        console.print(failure_table(plan, outcome.failed))
+        if outcome.counts["left"]:
+            console.print(f"stopped at the first failure; to continue: {command}", markup=False, soft_wrap=True)
+    show_pending(outcome, location)
+
+
+def show_pending(outcome: Outcome, location: str) -> None:
+    """Print how many records are pending, if any."""
+    if outcome.delivery.pending:
+        console.print(pending_line(outcome.delivery, location), markup=False, soft_wrap=True)

@@ -1,0 +1,104 @@
+"""The base of all reports of one picture: runs → frames → picture and text → files."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import pandas as pd
+from matplotlib.figure import Figure
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from rl_design_space._strict import STRICT
+from rl_design_space.report.runs import Runs
+from rl_design_space.report.style import save
+
+if TYPE_CHECKING:
+    from rl_design_space.plan.study import Study
+    from rl_design_space.tracking.read import Reader
+
+#: Numbers of a report, by what the name of their CSV file adds to that of the report: nothing, `_parts`.
+Frames = Mapping[str, pd.DataFrame]
+#: Of the frame that every report has.
+MAIN = ""
+Text = Annotated[str, Field(min_length=1)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Report(ABC):
+    """A picture of runs, with its numbers and a text.
+
+    Picture and text are made of the frames alone: what they show can be checked without drawing.
+
+    Attributes:
+        title: heading of the report and its picture.
+        shows: description of the picture for those who cannot see it.
+        notes: paragraphs at the end of the text, in Markdown.
+    """
+
+    title: str
+    shows: str = ""
+    notes: Annotated[tuple[Text, ...], Field(strict=False)] = ()
+
+    @property
+    def heading(self) -> str:
+        """The title, or one made of the other fields where it may be empty."""
+        return self.title
+
+    @abstractmethod
+    def frames(self, runs: Runs) -> Frames:
+        """Return the numbers that picture and text show, the main frame under `MAIN`.
+
+        Raises:
+            ConfigError: the runs do not have what the report needs.
+        """
+
+    @abstractmethod
+    def draw(self, frames: Frames) -> Figure:
+        """Return the picture."""
+
+    @abstractmethod
+    def text(self, frames: Frames) -> list[str]:
+        """Return the paragraphs of the text."""
+
+    def csv(self, frames: Frames) -> Frames:
+        """Return the frames as they are written to CSV files; all of them unless a report says otherwise."""
+        return frames
+
+    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
+        """Write PNG, SVG, CSV and Markdown files called after a study into a folder.
+
+        Args:
+            study: the study whose points the report shows.
+            reader: of the tracked runs; points without a run are missing, and shown as such.
+            folder: made if it does not exist.
+
+        Returns:
+            The paths written.
+
+        Raises:
+            ConfigError: the runs do not have what the report needs.
+        """
+        return self.write_runs(Runs.of_study(study, reader), folder / study.name)
+
+    def write_runs(self, runs: Runs, stem: Path) -> list[Path]:
+        """Write the files of any runs, see `write`.
+
+        Args:
+            runs: what the report shows.
+            stem: path of the files without their suffix.
+        """
+        frames = self.frames(runs)
+        stem.parent.mkdir(parents=True, exist_ok=True)
+        paths = save(self.draw(frames), stem, runs.mark)
+        for name, frame in self.csv(frames).items():
+            paths.append(stem.with_name(f"{stem.name}{name}.csv"))
+            frame.to_csv(paths[-1], index=False)
+        paths.append(stem.with_name(f"{stem.name}.md"))
+        picture = f"![{self.shows or self.heading}]({stem.name}.png)"
+        parts = [f"# {self.heading}", picture, runs.made_by, *runs.remarks, *self.text(frames), *self.notes]
+        paths[-1].write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+        return paths

@@ -1,0 +1,72 @@
+"""Cells of heatmaps: colours, text inside, and hatching where nothing was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+# Even in lightness from end to end, so that it can be read in grey and by colour-blind readers.
+_COLOURS = "cividis_r"
+_HATCH: dict[str, Any] = {"hatch": "///", "fill": False, "edgecolor": "0.6"}
+
+#: Height within the cell, text, and its style.
+Line = tuple[float, str, dict[str, Any]]
+
+
+def colour_cells(axis: Axes, values: pd.DataFrame, norm: Normalize, square: bool = False) -> list[list[str]]:
+    """Colour the cells of a table.
+
+    Args:
+        axis: to draw on.
+        values: of the cells; NaN stays white.
+        norm: scale of the colours.
+        square: whether cells are as high as they are wide.
+
+    Returns:
+        The colour of text that can be read on each cell, by row and column.
+    """
+    sns.heatmap(
+        values, ax=axis, norm=norm, vmin=norm.vmin, vmax=norm.vmax, cmap=_COLOURS, cbar=False,
+        square=square, linewidths=1.5, linecolor="white"
+    )  # fmt: skip
+    axis.tick_params(length=0)
+    axis.set_yticklabels(axis.get_yticklabels(), rotation=0)
+    colours = np.asarray(axis.collections[0].get_facecolor()).reshape(*values.shape, 4)
+    lightness = colours[..., :3] @ (0.299, 0.587, 0.114)
+    return [["black" if light > 0.5 else "white" for light in row] for row in lightness]
+
+
+def colour_bar(figure: Figure, axes: list[Axes], norm: Normalize, **how: Any) -> Colorbar:
+    """Draw the scale of the colours beside axes; `how` goes to `Figure.colorbar`."""
+    bar = figure.colorbar(plt.cm.ScalarMappable(norm=norm, cmap=_COLOURS), ax=axes, **how)
+    bar.minorticks_off()
+    return bar
+
+
+def write(axis: Axes, x: int, y: int, lines: Iterable[Line], colour: str = "black") -> None:
+    """Write lines of text into a cell."""
+    for height, text, style in lines:
+        axis.text(x + 0.5, y + height, text, ha="center", va="center", color=colour, **style)
+
+
+def hatch(axis: Axes, x: int, y: int, note: str) -> None:
+    """Hatch a cell that was not measured, with a note in its middle."""
+    axis.add_patch(Rectangle((x, y), 1, 1, linewidth=0, **_HATCH))
+    write(axis, x, y, [(0.5, note, {"bbox": {"facecolor": "white", "edgecolor": "none"}})])
+
+
+def hatch_row(axis: Axes, y: int, note: str) -> None:
+    """Hatch a row that was not measured, from one side of an axis to the other, with a note in its middle."""
+    across = axis.get_yaxis_transform()
+    axis.barh(y, 1, height=0.6, transform=across, **_HATCH)
+    axis.text(0.5, y, note, transform=across, ha="center", va="center", backgroundcolor="w")

@@ -1,0 +1,207 @@
+"""The ledger of claims: what a text says, and what the measurements say of it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass as plain_dataclass
+from typing import Annotated, Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from rl_design_space._strict import STRICT
+from rl_design_space.analysis.claims import Finding, Tested, Verdict, judge
+from rl_design_space.config.build import build, construct
+from rl_design_space.learning.result import LearningCurves
+from rl_design_space.report.base import MAIN, Frames, Report, Text
+from rl_design_space.report.ledger_picture import draw_ledger
+from rl_design_space.report.markdown import table
+from rl_design_space.report.runs import Point, Runs, Where
+
+PARTS = "_parts"
+_HOW_TO_READ = (
+    "A claim holds if all of its parts do, and fails if one of them does. The unit is the period; intervals are 95 % "
+    "bootstrap intervals over periods, paired between points, because all points of one size meet the same layouts. "
+    "Where a best value is chosen, it is chosen on one half of the periods and compared on the other. A verdict needs "
+    "a chance of error below 5 % after Holm's correction over the claims of a study; otherwise it is undecided."
+)
+_PART_COLUMNS = ["claim", "what", "value", "ci_low", "ci_high", "claimed_low", "claimed_high", "state", "verdict"]
+#: Stands for a parameter in which any two points differ.
+_ANY = "fingerprint"
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Claim:
+    """One claim.
+
+    Attributes:
+        statement: what it says.
+        study: whose table or figure shows it.
+        parts: what must hold, each an option of `analysis.parts`; none if there is nothing to measure.
+    """
+
+    statement: Text
+    study: Text
+    parts: Annotated[tuple[Any, ...], Field(strict=False)]
+
+
+@plain_dataclass(frozen=True)
+class Judged:
+    """A claim with its verdict.
+
+    Attributes:
+        name: of the claim.
+        claim: what it says.
+        finding: the verdict and what it rests on.
+        missing: messages about points that are not recorded.
+    """
+
+    name: str
+    claim: Claim
+    finding: Finding
+    missing: Sequence[str] = ()
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class ClaimsLedger(Report):
+    """Verdicts on all claims.
+
+    Attributes:
+        common: values of parameters that all points have unless a part says otherwise.
+        claims: by name, each with `statement`, `study` (whose table or figure shows it) and `parts` (what must hold,
+            each an option of `analysis.parts`).
+    """
+
+    shows: str = "Every part of every claim: its value with the 95 % interval, beside the range that the claim gives"
+    common: Where
+    claims: dict[str, dict[str, Any]]
+
+    def judged(self, runs: Runs) -> list[Judged]:
+        """Return the verdict on every claim, in their order; claims that lack a point are undecided.
+
+        Raises:
+            ConfigError: a claim has a value that is not allowed, or a part does not name its points.
+        """
+        data = _RecordedPoints(runs, self.common)
+        claims = {name: construct(Claim, node, f"claims.{name}") for name, node in self.claims.items()}
+        tested: dict[str, list[Tested]] = {}
+        missing: dict[str, list[str]] = {}
+        for name, claim in claims.items():
+            parts = [build(f"claims.{name}.parts.{i}", node) for i, node in enumerate(claim.parts)]
+            try:
+                tested[name] = [part.test(data) for part in parts]
+            except LookupError as error:
+                tested[name], missing[name] = [], [str(error)]
+        findings: dict[str, Finding] = {}
+        for study in dict.fromkeys(claim.study for claim in claims.values()):
+            findings |= judge({name: tested[name] for name, claim in claims.items() if claim.study == study})
+        return [Judged(name, claim, findings[name], missing.get(name, ())) for name, claim in claims.items()]
+
+    def frames(self, runs: Runs) -> Frames:
+        judged = self.judged(runs)
+        return {MAIN: claims_frame(judged), PARTS: parts_frame(judged)}
+
+    def draw(self, frames: Frames) -> Figure:
+        return draw_ledger(frames[PARTS], self.title)
+
+    def text(self, frames: Frames) -> list[str]:
+        """The verdicts, and everything that each of them rests on."""
+        claims, parts = frames[MAIN], frames[PARTS]
+        counts = Counter(claims["verdict"])
+        counted = ", ".join(f"{counts[verdict]} {verdict}" for verdict in Verdict)
+        paragraphs = [
+            f"**{len(claims)} claims: {counted}.**",
+            table(_shown(claims, parts)),
+            "## What each claim rests on",
+        ]
+        for each in claims.to_dict("records"):
+            lines = [
+                f"- {part['what']}: {_value(part)}, claimed {_claimed(part)}; {part['state']}"
+                for part in parts[parts["claim"] == each["claim"]].to_dict("records")
+            ]
+            paragraphs.append(f"**{each['claim']}** – {each['statement']}: *{each['verdict']}*")
+            paragraphs.append("\n".join(lines) or f"- {each['what'] or 'nothing to measure'}")
+        return [
+            *paragraphs,
+            _HOW_TO_READ,
+        ]
+
+
+def claims_frame(judged: Sequence[Judged]) -> pd.DataFrame:
+    """Return one row for each claim; its value is that of the part that the verdict depends on."""
+    columns = ["claim", "statement", "verdict", "value", "ci_low", "ci_high", "study", "what", "p"]
+    rows = []
+    for each in judged:
+        part = each.finding.decisive
+        numbers = (part.value, part.ci_low, part.ci_high) if part else (float("nan"),) * 3
+        what = part.what if part else "; ".join(each.missing)
+        verdict = str(each.finding.verdict)
+        rows.append((each.name, each.claim.statement, verdict, *numbers, each.claim.study, what, each.finding.p))
+    return pd.DataFrame(rows, columns=columns)
+
+
+def parts_frame(judged: Sequence[Judged]) -> pd.DataFrame:
+    """Return one row for each part of a claim: its value with the interval, and the range that the claim gives."""
+    rows = [
+        (each.name, p.what, p.value, p.ci_low, p.ci_high, p.low, p.high, p.state, str(each.finding.verdict))
+        for each in judged
+        for p in each.finding.parts
+    ]
+    return pd.DataFrame(rows, columns=_PART_COLUMNS)
+
+
+def _shown(claims: pd.DataFrame, parts: pd.DataFrame) -> pd.DataFrame:
+    """Return the claims as texts, each with the part that its verdict depends on."""
+    rows = []
+    for each in claims.to_dict("records"):
+        found = parts[(parts["claim"] == each["claim"]) & (parts["what"] == each["what"])].to_dict("records")
+        numbers = ["", "", "", ""]
+        if found:
+            ends = f"{each['ci_low']:.3g} – {each['ci_high']:.3g}"
+            numbers = [each["what"], f"{each['value']:.3g}", ends, _claimed(found[0])]
+        plain = each["verdict"] == Verdict.REPRODUCED
+        verdict = each["verdict"] if plain else f"**{each['verdict']}**"
+        rows.append([each["claim"], each["statement"], verdict, *numbers, each["study"]])
+    header = ["claim", "says", "verdict", "depends on", "value", "95 % interval", "claimed", "see"]
+    return pd.DataFrame(rows, columns=header)
+
+
+def _value(part: Mapping[Any, Any]) -> str:
+    return f"{part['value']:.3g} ({part['ci_low']:.3g} – {part['ci_high']:.3g})"
+
+
+def _claimed(part: Mapping[Any, Any]) -> str:
+    """Return the range that a claim gives in words."""
+    low, high = part["claimed_low"], part["claimed_high"]
+    if math.isinf(low):
+        return f"at most {high:g}"
+    return f"at least {low:g}" if math.isinf(high) else f"{low:g} to {high:g}"
+
+
+class _RecordedPoints:
+    """Gives the parts of claims their points, see `analysis.parts.Data`."""
+
+    def __init__(self, runs: Runs, common: Where) -> None:
+        self._runs = runs
+        self._common = common
+
+    def one(self, where: Where) -> LearningCurves:
+        return self._result(self._runs.one({**self._common, **where}))
+
+    def by(self, where: Where, parameter: str) -> Mapping[Any, LearningCurves]:
+        found = self._runs.where({**self._common, **where})
+        if not found:
+            wanted = " ".join(f"{name}={value}" for name, value in where.items())
+            raise LookupError(f"no point of these studies has {wanted}")
+        values = [p.planned.fingerprint if parameter == _ANY else p.parameters[parameter] for p in found]
+        return {value: self._result(point) for value, point in zip(values, found, strict=True)}
+
+    def _result(self, point: Point) -> LearningCurves:
+        result = self._runs.result(point)
+        if result is None:
+            raise LookupError(f"missing: {point.planned.command}")
+        return result

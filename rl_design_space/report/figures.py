@@ -1,0 +1,43 @@
+"""Several pictures of one study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import AfterValidator, Field
+from pydantic.dataclasses import dataclass
+
+from rl_design_space._strict import STRICT
+from rl_design_space.report.base import Report
+from rl_design_space.report.runs import Runs
+
+if TYPE_CHECKING:
+    from rl_design_space.plan.study import Study
+    from rl_design_space.tracking.read import Reader
+
+
+def _a_figure(value: Any) -> Any:
+    if not isinstance(value, Report):
+        raise ValueError("should be a report of one picture, such as Heatmap, Curves, Sensitivity or Compare")
+    return value
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Figures:
+    """Several reports of the same runs.
+
+    Attributes:
+        figures: by their names, which follow the study's in the names of the files.
+    """
+
+    figures: Annotated[dict[str, Annotated[Any, AfterValidator(_a_figure)]], Field(min_length=1)]
+
+    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
+        """Write the files of each report, see `Report.write`."""
+        runs = Runs.of_study(study, reader)
+        return [
+            path
+            for name, figure in self.figures.items()
+            for path in figure.write_runs(runs, folder / f"{study.name}-{name}")
+        ]

@@ -1,1 +1,0 @@
-"""Reports for any study and any selection of runs."""

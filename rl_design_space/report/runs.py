@@ -1,0 +1,287 @@
+"""The runs that a report shows, whether they were found by the plan of a study or by a search of the store."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.averaging import estimate, mean_of_runs
+from rl_design_space.analysis.statistics import Estimate
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measure, scaled_to_equal_steps
+from rl_design_space.learning.result import LearningCurves
+from rl_design_space.plan.plan import Plan, PlannedPoint
+from rl_design_space.report.parameters import SEED, order, text
+from rl_design_space.tracking.run_frame import ABOUT, typed
+from rl_design_space.tracking.tracker import StoredRun
+from rl_design_space.tracking.values import param
+
+if TYPE_CHECKING:
+    from rl_design_space.plan.study import Study
+    from rl_design_space.tracking.read import Reader
+
+#: Values of parameters by name; a list of values means any of them.
+Where = Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A design point and its run.
+
+    Attributes:
+        parameters: every choice by its name on the command line; lists as text.
+        run: its complete run; None if it has none.
+        of_plan: the planned point; None if the run was found in the store.
+    """
+
+    parameters: Mapping[str, Any]
+    run: StoredRun | None
+    of_plan: PlannedPoint | None = None
+
+    @property
+    def planned(self) -> PlannedPoint:
+        """The planned point.
+
+        Raises:
+            LookupError: the run was found in the store.
+        """
+        if self.of_plan is None:
+            raise LookupError("this run was found in the store, not in the plan of a study")
+        return self.of_plan
+
+    def key(self, names: Iterable[str]) -> tuple[Any, ...]:
+        """Return the values of these parameters; None for those that the point does not have."""
+        return tuple(self.parameters.get(name) for name in names)
+
+    def has(self, where: Where) -> bool:
+        """Return whether the point has all of these values."""
+        for name, wanted in where.items():
+            values = (
+                [wanted, *wanted] if isinstance(wanted, (list, tuple)) else [wanted]
+            )  # the list itself may be meant
+            if name not in self.parameters or self.parameters[name] not in map(_comparable, values):
+                return False
+        return True
+
+
+class Runs:
+    """Design points and their results; each result is read once.
+
+    Args:
+        points: in any order.
+        reader: of the tracking store.
+        name: what the points are called in messages.
+        made_by: paragraph that says where the report comes from.
+        remarks: more paragraphs, such as how many points are missing.
+        mark: short note for the corner of a picture.
+    """
+
+    def __init__(
+        self,
+        points: Iterable[Point],
+        reader: Reader,
+        name: str = "these runs",
+        made_by: str = "",
+        remarks: Sequence[str] = (),
+        mark: str = "",
+    ) -> None:
+        self.points = list(points)
+        self.made_by, self.remarks, self.mark = made_by, remarks, mark
+        self._name = name
+        self._reader = reader
+        self._results: dict[Point, LearningCurves | None] = {}
+
+    @classmethod
+    def of_plan(cls, plan: Plan, reader: Reader) -> Runs:
+        """Return the points of a plan, recorded or not, in its order."""
+        return cls(_points(plan, reader), reader, plan.name)
+
+    @classmethod
+    def of_study(cls, study: Study, reader: Reader) -> Runs:
+        """Return the points of a study, recorded or not, in the order of its plan."""
+        points = _points(study.plan, reader)
+        made_by, remarks = f"Made by `{study.report_command}`, which needs no runs.", []
+        if points:
+            periods = _joined({planned.point.task.periods for planned in study.plan})
+            made_by = f"Made by `{study.report_command}` from runs of `{study.command}`, {periods} periods a point."
+        if missing := sum(point.run is None for point in points):
+            remarks = [f"**Missing: {missing} of {len(points)} points**; `{study.command}` makes them."]
+        return cls(points, reader, study.plan.name, made_by, remarks, study.mark)
+
+    @classmethod
+    def of_frame(cls, frame: pd.DataFrame, reader: Reader, command: str, remarks: Sequence[str] = ()) -> Runs:
+        """Return runs that were found in the store.
+
+        Args:
+            frame: as `RunReader.frame` returns it.
+            reader: of the same store.
+            command: command line that makes the report.
+            remarks: paragraphs, such as which runs were left out.
+
+        Raises:
+            ConfigError: there is no run.
+        """
+        if frame.empty:
+            raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
+        points = []
+        for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
+            there = {str(name): value for name, value in record.items() if not pd.isna(value)}
+            scalars = {name: there.pop(name) for name in SCALARS if name in there}
+            run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
+            points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
+        periods = _joined({point.parameters["task.periods"] for point in points})
+        runs = "1 run" if len(points) == 1 else f"{len(points)} runs"
+        return cls(
+            points, reader, made_by=f"Made by `{command}` from {runs}, {periods} periods a point.", remarks=remarks
+        )
+
+    @property
+    def recorded(self) -> list[Point]:
+        """The points that have a run."""
+        return [point for point in self.points if point.run]
+
+    def check(self, names: Iterable[str]) -> None:
+        """Refuse names of parameters that no point has.
+
+        Raises:
+            ConfigError: there is such a name; the nearest right one is named.
+        """
+        known = {name for point in self.points for name in point.parameters}
+        for name in names:
+            if name not in known:
+                raise ConfigError.unknown("parameter of these runs", name, known)
+
+    def where(self, where: Where) -> list[Point]:
+        """Return the points that have these values, recorded or not, in their order.
+
+        Raises:
+            ConfigError: no point has a parameter of such a name.
+        """
+        self.check(where)
+        return [point for point in self.points if point.has(where)]
+
+    def one(self, where: Where) -> Point:
+        """Return the only point that has these values.
+
+        Raises:
+            ConfigError: there is none, or there are several.
+        """
+        found = self.where(where)
+        if len(found) != 1:
+            wanted = " ".join(f"{name}={value}" for name, value in where.items())
+            raise ConfigError(f"{wanted}: should be one point of {self._name}, not {len(found)}")
+        return found[0]
+
+    def grouped(
+        self, names: Sequence[str], points: Iterable[Point] | None = None
+    ) -> dict[tuple[Any, ...], list[Point]]:
+        """Return points by their values of parameters, in the order of these values.
+
+        Args:
+            names: of the parameters.
+            points: to be grouped; all if None.
+
+        Raises:
+            ConfigError: no point has a parameter of such a name.
+        """
+        self.check(names)
+        groups: dict[tuple[Any, ...], list[Point]] = {}
+        for point in self.points if points is None else points:
+            groups.setdefault(point.key(names), []).append(point)
+        return dict(sorted(groups.items(), key=lambda group: [order(value) for value in group[0]]))
+
+    def kept(self, point: Point) -> LearningCurves | None:
+        """Return the result of a point; None if it has no run, or its run did not keep its periods."""
+        if point not in self._results:
+            arrays = self._reader.periods(point.run) if point.run else {}
+            design = point.of_plan.point if point.of_plan else None
+            self._results[point] = LearningCurves.of_arrays(arrays, design) if "steps" in arrays else None
+        return self._results[point]
+
+    def result(self, point: Point) -> LearningCurves | None:
+        """Return the result of a point; None if it has no run.
+
+        Raises:
+            ConfigError: its run did not keep its periods.
+        """
+        result = self.kept(point)
+        if point.run and result is None:
+            command = f" of `{point.of_plan.command}`" if point.of_plan else ""
+            raise ConfigError(
+                f"tracking.artifact=curves: the run{command} kept its learning curves alone; this report needs runs "
+                "that were recorded with tracking.artifact=periods"
+            )
+        return result
+
+    def curve(self, point: Point, name: str) -> FloatArray:
+        """Return a learning curve of a recorded point, (trials,).
+
+        Raises:
+            ConfigError: there is no such curve.
+        """
+        arrays = self._reader.periods(point.run) if point.run else {}
+        if name not in arrays or arrays[name].ndim != 1:
+            raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])
+        curve: FloatArray = arrays[name]
+        return curve
+
+    def values(self, point: Point, name: str) -> FloatArray | None:
+        """Return what each period contributes to a scalar, (periods,); None if that is not known.
+
+        Raises:
+            ConfigError: there is no such scalar.
+        """
+        known = dict.fromkeys((*SCALARS, *MEASURES, *ALIASES))
+        if name not in known:
+            raise ConfigError.unknown("scalar or measure", name, known)
+        result = self.kept(point)
+        if result is None or name not in (*MEASURES, *ALIASES):
+            return None
+        if name == "total_steps_scaled":  # the parameters of a run that was found in the store are all that is known
+            side = point.parameters["world.size"]
+            return scaled_to_equal_steps(result.total_steps, side) if isinstance(side, int | float) else None
+        return measure(name).each(result)
+
+    def estimate(self, points: Sequence[Point], name: str) -> Estimate:
+        """Return the mean of a scalar over runs, with its interval where the periods are known.
+
+        Raises:
+            ConfigError: there is no such scalar.
+        """
+        recorded = [point for point in points if point.run]
+        strata = [stratum(point) for point in recorded]
+        known = [values for point in recorded if (values := self.values(point, name)) is not None]
+        if known and len(known) == len(recorded):
+            return mean_of_runs(known, strata)
+        results = [result for point in recorded if (result := self.kept(point))]
+        if results and len(results) == len(recorded) and name in MEASURES:
+            return estimate(MEASURES[name], results, strata)
+        numbers = [point.run.scalars.get(name, float("nan")) for point in recorded if point.run]
+        mean = sum(numbers) / len(numbers) if numbers else float("nan")
+        return Estimate(mean, float("nan"), float("nan"))
+
+
+def stratum(point: Point) -> Hashable:
+    """Return what points have in common whose periods met the same layouts and are resampled together."""
+    return point.key((SEED, "task.periods"))
+
+
+def _points(plan: Plan, reader: Reader) -> list[Point]:
+    runs = reader.finished([planned.fingerprint for planned in plan])
+    return [
+        Point({k: _comparable(v) for k, v in planned.parameters.items()}, runs.get(planned.fingerprint), planned)
+        for planned in plan
+    ]
+
+
+def _comparable(value: Any) -> Any:
+    """Return a value as `Point.parameters` has it: a list as text, e.g. `[3, 5]`."""
+    return typed(param(value))
+
+
+def _joined(numbers: Iterable[Any]) -> str:
+    return " or ".join(map(text, sorted(numbers)))

@@ -1,0 +1,126 @@
+"""The style of all reports: colours, axes, the format of numbers, and how pictures are saved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import ContextDecorator
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.transforms import ScaledTranslation
+
+from rl_design_space._arrays import FloatArray
+
+#: Colours that can be told apart by colour-blind readers (Okabe and Ito).
+BLUE, VERMILION, ORANGE, GREEN = "#0072b2", "#d55e00", "#e69f00", "#009e73"
+DARK_BLUE, FRAME, LIGHT_GREEN, GREY = "#1f4e79", "#e07b00", "#c7e0c7", "#555555"
+#: Lines and points that can be told apart without colours.
+DASHES: list[Any] = ["-", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2))]
+MARKERS = "osD^vP"
+#: Ratio of the largest to the least value from which on an axis or a colour scale is logarithmic.
+DECADE = 10
+#: With a fixed salt the same figure is the same bytes; text in an SVG stays text.
+_SETTINGS = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none"}
+#: Margin note on pictures of fewer periods than a study asks for.
+_MARK = {"fontsize": 8, "color": "#664d03", "backgroundcolor": "#fff3cd"}
+_DOTS_PER_INCH = 160
+
+
+def styled(font_size: float = 9) -> ContextDecorator:
+    """Return a decorator of functions that draw: they draw in the style of all reports."""
+    settings: dict[Any, Any] = {**_SETTINGS, "font.size": font_size}
+    return mpl.rc_context(settings)
+
+
+def colours(number: int, palette: str = "colorblind") -> Sequence[Any]:
+    """Return so many colours of a palette of seaborn."""
+    found: Sequence[Any] = sns.color_palette(palette, number)
+    return found
+
+
+def tidy(axis: Axes) -> None:
+    """Draw a light grid behind the data, and no frame above and on the right."""
+    axis.set_axisbelow(True)
+    axis.grid(color="0.92")
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def make_logarithmic(axis: Axes) -> None:
+    """Make the y-axis logarithmic, with plain numbers at 1, 2 and 5 of every decade."""
+    axis.set_yscale("log")
+    axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    write_in_full(axis.yaxis)
+    axis.yaxis.set_minor_formatter(NullFormatter())
+
+
+def draw_curve(axis: Axes, curve: pd.DataFrame, colour: Any, dashes: Any, label: str | None = None) -> None:
+    """Draw a learning curve in its band; `curve` has trial, mean, ci_low and ci_high."""
+    axis.fill_between(curve["trial"], curve["ci_low"], curve["ci_high"], color=colour, alpha=0.25, linewidth=0)
+    axis.plot(curve["trial"], curve["mean"], color=colour, linestyle=dashes, linewidth=1.4, label=label)
+
+
+def beyond(low: pd.Series[float], value: pd.Series[float], high: pd.Series[float]) -> FloatArray:
+    """Return how far intervals reach below and above their values, (2, values), not negative, for error bars."""
+    reach: FloatArray = np.maximum(np.nan_to_num([value - low, high - value]), 0)
+    return reach
+
+
+def write_in_full(axis: Axis) -> None:
+    """Write the numbers of an axis in full, not as powers of ten."""
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
+
+
+def legend_beside(axis: Axes, handles: Sequence[Any] | None = None) -> None:
+    """Draw a legend on the right of an axis, where it hides no data."""
+    more = {} if handles is None else {"handles": handles}
+    axis.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1), **more)
+
+
+def number(value: float, form: str = "") -> str:
+    """Return a measured number as text.
+
+    Args:
+        value: the number.
+        form: its format; three significant digits, and all digits before the point, if empty.
+    """
+    return f"{value:{form}}" if form else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+
+
+def interval(low: float, high: float, form: str = "") -> str:
+    """Return an interval as text, its ends as `number` writes them; empty text if there is none (NaN)."""
+    return "" if math.isnan(low) else f"{number(low, form)} – {number(high, form)}"
+
+
+@styled()
+def save(figure: Figure, stem: Path, mark: str = "") -> list[Path]:
+    """Write a figure as PNG and SVG, the same bytes for the same figure, and close it.
+
+    Args:
+        figure: to be written.
+        stem: path of the files without their suffix.
+        mark: short note that is written into the upper right corner.
+
+    Returns:
+        The paths written.
+    """
+    if mark:
+        place = figure.transFigure + ScaledTranslation(-0.08, -0.08, figure.dpi_scale_trans)  # inches
+        figure.text(1, 1, mark, ha="right", va="top", transform=place, **_MARK)  # type: ignore[arg-type]
+    paths = [stem.with_name(f"{stem.name}{suffix}") for suffix in (".png", ".svg")]
+    for path, metadata in zip(paths, ({}, {"Date": None}), strict=True):
+        figure.savefig(path, dpi=_DOTS_PER_INCH, metadata=metadata)
+    plt.close(figure)
+    return paths

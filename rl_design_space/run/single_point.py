@@ -1,0 +1,61 @@
+"""Run a single point: return its record, or learn and record it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from rl_design_space.plan.plan import PlannedPoint
+from rl_design_space.tracking.tracker import StoredRun, Tracker
+
+
+@dataclass(frozen=True)
+class PointRun:
+    """The run of a single point.
+
+    Attributes:
+        stored: the run.
+        is_new: whether the point was learned now; False if it had been recorded before.
+    """
+
+    stored: StoredRun
+    is_new: bool
+
+
+def run_point(
+    planned: PlannedPoint,
+    tracker: Tracker,
+    threads: int | None,
+    on_wait: Callable[[], None] = lambda: None,
+    *,
+    poll: float = 0.5,
+) -> PointRun:
+    """Return the run of a point; learn and record the point if it has none.
+
+    Args:
+        planned: the point.
+        tracker: finds and records runs.
+        threads: number of threads that learn; all cores if None.
+        on_wait: called once if another process holds the lock of this point, before waiting for it.
+        poll: seconds between two attempts to lock the point.
+    """
+    from rl_design_space.learning import simulate
+
+    fingerprint = planned.fingerprint
+    stored = tracker.finished([fingerprint]).get(fingerprint)
+    waiting = False
+    while stored is None and not tracker.lock(fingerprint):
+        if not waiting:
+            on_wait()
+        waiting = True
+        time.sleep(poll)
+        stored = tracker.recorded_since(fingerprint)
+    stored = stored or tracker.recorded_since(fingerprint)
+    try:
+        if stored:
+            tracker.add_studies({fingerprint: stored}, {fingerprint: planned.studies})
+            return PointRun(stored, is_new=False)
+        return PointRun(tracker.record(planned, simulate(planned.point, threads)), is_new=True)
+    finally:
+        tracker.unlock(fingerprint)

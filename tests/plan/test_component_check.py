@@ -1,0 +1,168 @@
+"""User components are checked when points are planned; built-in ones are not called."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from rl_design_space.design import AdHoc, Constant, DesignPoint, GoalReward, MultiStepActions, Task, Torus, Walled
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning import simulate
+from rl_design_space.plan.component_check import ComponentCheck
+from tests.misfits import misfit
+
+TASK = Task(goals=2, trials=10, periods=2, max_steps=200)
+MOVES = Walled(size=4).next_cell()
+HERE = np.arange(16, dtype=np.int32)
+
+
+def point(**choices: object) -> DesignPoint:
+    return DesignPoint(**{"task": TASK, "world": Walled(size=4), **choices})
+
+
+def world(next_cell: np.ndarray, *open_cells: int, **members: object) -> DesignPoint:
+    obstacles = {"open_cells": lambda self: np.array(open_cells, dtype=np.int32)} if open_cells else {}
+    return point(world=misfit(Walled(size=4), next_cell=lambda self: next_cell, **obstacles, **members))
+
+
+def codes(change) -> DesignPoint:
+    observe = AdHoc().observation
+    return point(representation=misfit(AdHoc(), observation=lambda self, *given: change(observe(*given))))
+
+
+def walled_off(cell: int, *, outwards: bool = False) -> np.ndarray:
+    """Return the moves of a world with a cell that cannot be entered, or cannot be left."""
+    moves = MOVES.copy()
+    if outwards:
+        moves[:, cell] = cell
+    else:
+        moves = np.where(moves == cell, HERE, moves)
+    return moves
+
+
+MISFITS = {
+    "float codes": (
+        codes(lambda found: found * 1.0),
+        r"representation: tests\.misfits\.Misfit\.observation\(\) should give int64 of shape \(2, 2, 16\), not float64",
+    ),
+    "codes without counter": (codes(lambda found: found[..., 0, :]), r"int64 of shape \(2, 16\)"),
+    "negative codes": (codes(lambda found: found - 1), "all from 0 to"),
+    "a list of codes": (codes(lambda found: found.tolist()), "not list"),
+    "one move too few": (world(MOVES[:3]), r"Misfit\.next_cell\(\) should give int32 of shape \(4, 16\), not int32 of"),
+    "moves in floats": (world(MOVES * 1.0), "not float64"),
+    "a way out": (world(MOVES + np.int32(1)), "all from 0 to 15; it gives 1 to 16"),
+    "a cell that cannot be entered": (
+        world(walled_off(6)),
+        r"world: .*next_cell\(\) leaves no way from \(x=0, y=0\) to \(x=2, y=1\), so a goal there could not be reached",
+    ),
+    "a cell that cannot be left": (world(walled_off(6, outwards=True)), r"no way from \(x=2, y=1\) to \(x=0, y=0\)"),
+    "too few open cells": (world(MOVES, 0, 1), r"task\.goals=2: .*has only 2 open ones"),
+    "open cells twice": (world(MOVES, 0, 1, 1, 2), "each cell once, in ascending order"),
+    "open cells outside": (world(MOVES, 0, 1, 16), "all from 0 to 15; it gives 0 to 16"),
+    "open cells as a list": (
+        point(world=misfit(Walled(size=4), open_cells=lambda self: [0, 1, 2])),
+        r"open_cells\(\) should give int32 of shape \(16,\), not list",
+    ),
+    "a schedule too short": (
+        point(exploration=misfit(Constant(), schedule=lambda self, trials: np.zeros(trials - 1))),
+        r"exploration: .*schedule\(\) should give float64 of shape \(10,\), not float64 of shape \(9,\)",
+    ),
+    "ε above one": (
+        point(exploration=misfit(Constant(), schedule=lambda self, trials: np.full(trials, 2.0))),
+        "all from 0 to 1; it gives 2.0 to 2.0",
+    ),
+    "four rewards": (point(reward=misfit(GoalReward(), table=lambda self: np.zeros(4))), r"reward: .*shape \(3,\)"),
+    "lengths that do not begin with 1": (
+        point(msa=misfit(MultiStepActions(lengths=(2,)), action_lengths=lambda self: np.array([2, 1], dtype=np.int32))),
+        "begin with 1",
+    ),
+    "more lengths than it says": (
+        point(msa=misfit(MultiStepActions(), action_lengths=lambda self: np.array([1, 2], dtype=np.int32))),
+        r"msa: .*shape \(1,\), not int32 of shape \(2,\)",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MISFITS)
+def test_a_broken_contract_is_explained_by_class_expectation_and_result(name: str):
+    given, message = MISFITS[name]
+    with pytest.raises(ConfigError, match=message):
+        ComponentCheck()(given)
+
+
+@pytest.mark.parametrize("name", [name for name in MISFITS if not name.startswith("a cell that")])
+def test_simulate_explains_a_broken_contract_as_planning_does(name: str):
+    given, message = MISFITS[name]
+    with pytest.raises(ConfigError, match=message):
+        simulate(given, threads=1)
+
+
+def test_a_component_that_raises_does_not_fail_planning():
+    def broken(self, trials):
+        raise ArithmeticError("no luck")
+
+    ComponentCheck()(point(exploration=misfit(Constant(), schedule=broken)))
+
+
+@dataclass(frozen=True)
+class Listed(Constant):
+    levels: list[float] = field(default_factory=list)
+
+
+def test_an_unhashable_component_is_refused():
+    with pytest.raises(
+        ConfigError, match=r"test_component_check\.Listed: should be a frozen dataclass of hashable values"
+    ):
+        ComponentCheck()(point(exploration=Listed()))
+
+
+def test_each_combination_of_user_components_is_checked_once():
+    calls = []
+
+    def counted(self, trials):
+        calls.append(trials)
+        return np.zeros(trials)
+
+    own = misfit(Constant(), schedule=counted)
+    check = ComponentCheck()
+    for seed in range(3):
+        check(point(exploration=own, seed=seed))
+    check(DesignPoint(task=Task(trials=7), exploration=own))
+    assert calls == [10, 7]
+
+
+def test_built_in_components_are_not_checked(monkeypatch: pytest.MonkeyPatch):
+    tried = []
+    monkeypatch.setattr(Torus, "next_cell", tried.append)
+    monkeypatch.setattr(Constant, "schedule", lambda *given: tried.append(given))
+    ComponentCheck()(DesignPoint())
+    assert tried == []
+
+
+# Other worlds.
+
+
+def test_starts_and_goals_lie_on_open_cells():
+    door = np.where(np.isin(MOVES, [1, 5, 9]), HERE, MOVES)  # a wall with its door at the bottom
+    free = [cell for cell in range(16) if cell not in (1, 5, 9)]
+    given = world(door, *free)
+    ComponentCheck()(given)
+    curves = simulate(given, threads=1)
+    assert curves.optimum.min() >= 1
+    assert curves.success.any()
+
+
+def test_a_world_with_all_cells_open_has_the_layouts_of_a_world_without_obstacles():
+    plain, opened = simulate(point(), threads=1), simulate(world(MOVES, *range(16)), threads=1)
+    np.testing.assert_array_equal(plain.steps, opened.steps)
+    np.testing.assert_array_equal(plain.optimum, opened.optimum)
+
+
+def test_a_ring_with_a_single_direction_can_be_learned():
+    ring = np.tile(np.roll(HERE, -1), (4, 1))  # every move leads on to the next cell
+    given = world(ring)
+    ComponentCheck()(given)
+    curves = simulate(given, threads=1)
+    np.testing.assert_array_equal(curves.steps, np.broadcast_to(curves.optimum[:, np.newaxis], curves.steps.shape))

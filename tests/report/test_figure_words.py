@@ -1,0 +1,240 @@
+"""Reports of any runs: the numbers are those of the simulations, and what cannot be told is not."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+
+from rl_design_space.commands import figure_words as command
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning import simulate
+from rl_design_space.learning.measures import MEASURES
+from rl_design_space.plan.planner import plan_point
+from rl_design_space.report import Compare, Curves, Heatmap, Sensitivity
+from rl_design_space.report.base import MAIN
+from rl_design_space.report.runs import Runs
+from rl_design_space.tracking.run_frame import of_newest_code
+from tests.tracking.stores import copy_database, options, record, tracker_at
+
+SIZE = ("task.periods=6", "task.trials=5", "world.size=4", "exploration=linear")
+#: Two representations at three k, one of them missing; and a second seed of one.
+OVERRIDES = [
+    (f"representation={name}", f"exploration.k={k}")
+    for name in ("ad_hoc", "direction")
+    for k in (0.02, 0.05, 0.1)
+    if (name, k) != ("direction", 0.05)
+]
+LEARNED = {overrides: simulate(plan_point([*SIZE, *overrides]).point) for overrides in OVERRIDES}
+
+
+@pytest.fixture(scope="module")
+def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("generic")
+    copy_database(empty_database, folder / "mlflow.db")
+    tracker = tracker_at(folder / "mlflow.db")
+    for overrides, curves in LEARNED.items():
+        record(tracker, replace(plan_point([*SIZE, *overrides]), studies=("mine",)), curves)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def runs(outputs: Path) -> Runs:
+    reader = options(outputs / "mlflow.db").reader()
+    return Runs.of_frame(reader.frame(), reader, "the command")
+
+
+def test_a_heatmap_holds_what_simulations_give(runs: Runs):
+    frame = Heatmap(rows="representation", cols=["exploration.k"]).frames(runs)[MAIN]
+    assert len(frame) == 6
+    for cell in frame.to_dict("records"):
+        key = (f"representation={cell['representation']}", f"exploration.k={cell['exploration.k']}")
+        if key in LEARNED:
+            assert cell["value"] == LEARNED[key].total_steps.mean()
+            assert cell["low"] < cell["value"] < cell["high"]
+        else:
+            assert np.isnan(cell["value"])
+            assert cell["runs"] == 0
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_every_measure_can_be_the_value_of_a_cell(runs: Runs, name: str):
+    frame = Heatmap(rows="representation", cols="exploration.k", value=name).frames(runs)[MAIN]
+    equal = np.full((1, 6), 1 / 6)
+    for cell in frame.dropna(subset="value").to_dict("records"):
+        curves = LEARNED[f"representation={cell['representation']}", f"exploration.k={cell['exploration.k']}"]
+        assert cell["value"] == pytest.approx(MEASURES[name].samples(curves, equal)[0])
+        assert cell["low"] <= cell["value"] <= cell["high"]
+    assert frame["value"].notna().sum() == len(LEARNED)
+
+
+def test_runs_that_differ_in_more_are_not_averaged_unawares(runs: Runs):
+    with pytest.raises(ConfigError, match=r"exploration\.k: \d runs of one cell .* differ in this; .*--mean"):
+        Heatmap(rows="representation", cols="world.size").frames(runs)[MAIN]
+    frame = Heatmap(rows="representation", cols="world.size", mean=True).frames(runs)[MAIN]
+    expected = np.mean([curves.total_steps.mean() for key, curves in LEARNED.items() if "ad_hoc" in key[0]])
+    assert frame.set_index("representation").loc["ad_hoc", "value"] == pytest.approx(expected)
+
+
+def test_curves_are_those_of_the_simulations(runs: Runs):
+    frame = Curves(by="representation,exploration.k").frames(runs)[MAIN]
+    for key, curves in LEARNED.items():
+        line = frame[frame["line"] == " ".join(key)]
+        assert line["mean"].tolist() == curves.curves["steps/mean"].tolist()
+        assert (line["ci_low"] <= line["mean"]).all()
+
+
+def test_a_curve_that_is_a_mean_over_periods_has_a_band(runs: Runs):
+    for name in ("steps/over_optimum", "success_rate"):
+        frame = Curves(by="representation,exploration.k", curve=name).frames(runs)[MAIN]
+        assert frame["ci_low"].notna().all()
+        for key, curves in LEARNED.items():
+            line = frame[frame["line"] == " ".join(key)]
+            assert line["mean"].tolist() == curves.curves[name].tolist()
+            assert (line["ci_low"] <= line["mean"]).all()
+
+
+def test_a_curve_without_known_periods_has_no_band(runs: Runs):
+    frame = Curves(by="exploration.k,representation", curve="steps/median").frames(runs)[MAIN]
+    assert frame["ci_low"].isna().all()
+    assert frame["mean"].notna().all()
+
+
+def test_sensitivity_has_a_line_for_each_of_the_other_choices(runs: Runs):
+    frame = Sensitivity(parameter="exploration.k", value="failed_trials").frames(runs)[MAIN]
+    assert frame.groupby("line").size().to_dict() == {"representation=ad_hoc": 3, "representation=direction": 2}
+    for row in frame.to_dict("records"):
+        curves = LEARNED[row["line"], f"exploration.k={row['exploration.k']}"]
+        assert row["value"] == pytest.approx(1 - curves.success.mean())
+
+
+def test_many_lines_are_drawn_with_their_median():
+    figure = Sensitivity(parameter="k")
+    rows = [
+        (f"line {i}", k, float(10 * i + k), 0.0, 0.0, 1) for i in range(9) for k in ((3, 2, 1) if i % 2 else (1, 2))
+    ]
+    frame = pd.DataFrame(rows, columns=["line", "k", "value", "low", "high", "runs"])
+    (axis,) = figure.draw({MAIN: frame}).axes
+    (median,) = (line for line in axis.lines if line.get_color() == "black")
+    assert median.get_xdata().tolist() == [1, 2, 3]
+    assert median.get_ydata().tolist() == frame.groupby("k")["value"].median().tolist()
+    assert [text.get_text() for text in axis.get_legend().get_texts()] == ["median of 9 lines"]
+    plt.close(axis.figure)
+
+
+def test_a_comparison_is_paired_by_period(runs: Runs):
+    frame = Compare(a="representation=ad_hoc", b="representation=direction").frames(runs)[MAIN]
+    assert frame["pair"].tolist() == ["exploration.k=0.02", "exploration.k=0.1", "all pairs"]
+    for row, k in zip(frame.to_dict("records")[:2], (0.02, 0.1), strict=True):
+        one, other = (LEARNED[f"representation={name}", f"exploration.k={k}"] for name in ("ad_hoc", "direction"))
+        assert row["difference"] == pytest.approx((other.total_steps - one.total_steps).mean())
+        assert row["periods"] == 6
+    assert frame["difference"].iloc[2] == pytest.approx(frame["difference"][:2].mean())
+
+
+@pytest.mark.parametrize(
+    ("figure", "message"),
+    [
+        (
+            Heatmap(rows="representatio", cols="exploration.k"),
+            r"representatio: no such parameter .* mean representation",
+        ),
+        (
+            Heatmap(rows="representation", cols="exploration.k", value="total"),
+            "total: no such scalar or measure; did you mean total_s",
+        ),
+        (Curves(by="representation,exploration.k", curve="steps/max"), r"steps/max: no such learning curve"),
+        (Sensitivity(parameter="reward"), "reward: no two of these runs differ in it"),
+        (
+            Compare(a="representation=ad_hoc", b="representation=distance"),
+            r"no two runs are equal in .*\(3 and 0 runs\)",
+        ),
+        (Compare(a="ad_hoc", b="direction"), "ad_hoc: should be values of parameters, such as representation=ad_hoc"),
+    ],
+)
+def test_what_cannot_be_shown_is_told(figure, message: str, runs: Runs):
+    with pytest.raises(ConfigError, match=message):
+        figure.frames(runs)
+
+
+WORDS = {
+    "heatmap": ("--rows", "representation", "--cols", "exploration.k"),
+    "curves": ("--by", "representation,exploration.k"),
+    "sensitivity": ("exploration.k",),
+    "compare": ("representation=ad_hoc", "representation=direction"),
+}
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_a_command_writes_a_picture_with_its_numbers(word: str, outputs: Path):
+    paths = command.main(
+        word, [*WORDS[word], "--study", "mine", f"outputs={outputs}", f"tracking.spool={outputs}/spool"]
+    )
+    assert [path.suffix for path in paths] == [".png", ".svg", ".csv", ".md"]
+    assert {path.parent for path in paths} == {outputs / "report"}
+    with Image.open(paths[0]) as picture:
+        assert picture.width > 500
+        assert len(picture.convert("RGB").getcolors(10**6)) > 20
+    with paths[2].open(encoding="utf-8", newline="") as file:
+        assert len(list(csv.DictReader(file))) > 2
+    text = paths[3].read_text(encoding="utf-8")
+    assert f"Made by `rl-design-report {word} " in text
+    assert ("Hatched: 1 of 6 cells" in text) == (word == "heatmap")
+
+
+def test_a_name_for_the_files_can_be_chosen(outputs: Path):
+    paths = command.main("sensitivity", ["exploration.k", "--name", "k", f"outputs={outputs}"])
+    assert {path.stem for path in paths} == {"k"}
+
+
+def test_runs_that_are_not_there_are_told(outputs: Path):
+    with pytest.raises(ConfigError, match="no run was selected"):
+        command.main("sensitivity", ["exploration.k", "--filter", "metrics.total_steps < 0", f"outputs={outputs}"])
+    with pytest.raises(ConfigError, match=r"study among these runs.*there is mine"):
+        command.main("sensitivity", ["exploration.k", "--study", "table4", f"outputs={outputs}"])
+
+
+def test_runs_of_earlier_code_are_left_out_option_by_option():
+    frame = pd.DataFrame(
+        [
+            ("rings", "sha256:old", "torus", None, 1),
+            ("rings", "sha256:new", "torus", None, 3),
+            ("way", "sha256:old", "torus", None, 2),
+            ("ad_hoc", None, "maze", "version 2", 5),
+            ("ad_hoc", None, "maze", "version 1", 4),
+            ("ad_hoc", None, "torus", None, 0),
+        ],
+        columns=["representation", "representation.source", "world", "world.source", "started"],
+    )
+    assert of_newest_code(frame)["started"].tolist() == [3, 2, 5, 0]
+    none = frame.drop(columns=["representation.source", "world.source"])
+    assert of_newest_code(none) is none
+
+
+def test_a_study_carries_its_own_figures(outputs: Path, tmp_path: Path):
+    from rl_design_space.commands.report import write_report
+    from rl_design_space.config.user_config import used
+
+    study = tmp_path / "conf" / "study" / "own.yaml"
+    study.parent.mkdir(parents=True)
+    study.write_text(
+        "blocks:\n  a: {representation: 'ad_hoc,direction', exploration: linear, exploration.k: '0.02,0.05,0.1',\n"
+        "      task.periods: 6, task.trials: 5, world.size: 4}\n"
+        "report:\n  _target_: rl_design_space.report.Figures\n  figures:\n"
+        "    map: {_target_: rl_design_space.report.Heatmap, rows: representation, cols: exploration.k}\n"
+        "    slope: {_target_: rl_design_space.report.Sensitivity, parameter: exploration.k}\n",
+        encoding="utf-8",
+    )
+    with used(tmp_path / "conf"):
+        paths = write_report("own", [f"outputs={outputs}"])
+    assert {path.name for path in paths if path.suffix == ".png"} == {"own-map.png", "own-slope.png"}
+    text = next(path for path in paths if path.name == "own-map.md").read_text(encoding="utf-8")
+    assert re.search(r"\*\*Missing: 1 of 6 points\*\*", text)
+    assert "Hatched: 1 of 6 cells" in text

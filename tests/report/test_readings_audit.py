@@ -1,0 +1,152 @@
+"""The audit: readings are told apart by their points, ranked by their fit, and missing ones are named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from omegaconf import OmegaConf
+
+from rl_design_space.analysis.fit import fit
+from rl_design_space.config.compose import shipped_config
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import Study, load_study, plan_study
+from rl_design_space.report.base import MAIN
+from rl_design_space.report.published_table import PublishedTable
+from rl_design_space.report.readings_audit import ReadingsAudit
+from rl_design_space.report.runs import Runs
+from tests.report.readers import LearningReader, unpadded
+
+GRID = {"exploration": "linear", "exploration.k": 0.03, "world.size": "4,5", "task.goals": "1,2", "task.periods": 20}
+SMALL = {**GRID, "task.trials": 6}
+BLOCKS = {
+    "ad_hoc": {"representation": "ad_hoc", **SMALL},
+    "direction": {"representation": "direction", **SMALL},
+    "any": {"representation": "ad_hoc,direction", **SMALL, "learner.explore": "all"},
+    "horizontal": {"representation": "direction", **SMALL, "representation.rule": "horizontal_first"},
+}
+READINGS = {
+    "as decided": {},
+    "any action": {"learner.explore": "all"},
+    "horizontal": {"representation.rule": "horizontal_first"},
+}
+AUDIT = ReadingsAudit(
+    title="Readings",
+    table="table4",
+    decided={"learner.explore": "non_greedy", "representation.rule": "dominant_axis"},
+    readings=READINGS,
+)
+
+
+@pytest.fixture(scope="module")
+def study() -> Study:
+    with shipped_config():
+        planner = Planner()
+        config = OmegaConf.create({"study": {"blocks": BLOCKS}})
+        return Study("audit", (), config, plan_study("audit", config, (), planner))
+
+
+@pytest.fixture(scope="module")
+def table(study: Study) -> PublishedTable:
+    """Published numbers that are what the reading `as decided` gives, so that it fits to the last digit."""
+    with shipped_config():
+        shipped = load_study("table4", ()).report()
+    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
+    common = {
+        "learner.explore": "non_greedy",
+        **{name: value for name, value in SMALL.items() if "," not in str(value)},
+    }
+    published: dict = {}
+    for representation in ("ad_hoc", "direction"):
+        own = {"representation.rule": "dominant_axis"} if representation == "direction" else {}
+        for size in (4, 5):
+            for goals in (1, 2):
+                where = {"representation": representation, "world.size": size, "task.goals": goals, **common, **own}
+                mean = runs.result(runs.one(where)).total_steps.mean() * 10 / size
+                published.setdefault(representation, {}).setdefault(size, {})[goals] = float(mean)
+    return PublishedTable(**{**vars(shipped), "published": published})
+
+
+def audited(study: Study, table: PublishedTable, missing: tuple[str, ...] = ()) -> pd.DataFrame:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ReadingsAudit, "published_table", lambda self: table)
+        return AUDIT.frames(Runs.of_plan(study.plan, LearningReader(study.plan, missing)))[MAIN]
+
+
+def test_the_reading_that_made_the_numbers_fits_best(study: Study, table: PublishedTable):
+    fits = audited(study, table)
+    best = fits.groupby("panel").first()
+    assert best["reading"].tolist() == ["as decided", "as decided"]
+    assert best["rms"].tolist() == pytest.approx([0, 0], abs=1e-12)
+    others = fits[fits["reading"] == "any action"]
+    assert (others["ci_low"] > 0.01).all()
+
+
+def test_a_reading_is_left_out_where_it_makes_no_difference(study: Study, table: PublishedTable):
+    fits = audited(study, table)
+    assert fits.groupby("panel")["reading"].apply(set).to_dict() == {
+        "ad_hoc": {"as decided", "any action"},
+        "direction": {"as decided", "any action", "horizontal"},
+    }
+
+
+def test_a_reading_with_a_missing_cell_is_last_and_without_numbers(study: Study, table: PublishedTable):
+    decided = next(p for p in study.plan if p.options["representation"] == "ad_hoc")
+    last = audited(study, table, (decided.fingerprint,)).query("panel == 'ad_hoc'").iloc[-1]
+    assert (last["reading"], last["cells"], last["of"]) == ("as decided", 3, 4)
+    assert np.isnan(last["rms"])
+
+
+def test_files_tell_ranking_commands_and_what_is_missing(
+    study: Study, table: PublishedTable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(ReadingsAudit, "published_table", lambda self: table)
+    reader = LearningReader(study.plan, (study.plan[0].fingerprint,))
+    paths = AUDIT.write(study, reader, tmp_path)
+    assert {path.name for path in paths} == {f"audit.{suffix}" for suffix in ("png", "svg", "csv", "md")}
+    text = (tmp_path / "audit.md").read_text(encoding="utf-8")
+    assert "| any action | `learner.explore=all` |" in unpadded(text)
+    assert "**Missing: 1 of 20 points**; `rl-design-space study=audit` makes them." in text
+    assert "missing: 1 cells" in text
+    assert "quick look" in (tmp_path / "audit.svg").read_text(encoding="utf-8")
+
+
+def test_the_shipped_audit_knows_every_reading_by_its_points():
+    with shipped_config():
+        study = load_study("readings", ())
+        table = load_study("table4", ()).report()
+    audit: ReadingsAudit = study.report()
+    runs = Runs.of_plan(study.plan, LearningReader(study.plan))
+    for reading, says in audit.readings.items():
+        points = [audit.points(runs, table, panel, says) for panel in table.published]
+        assert [len(cells) for cells in points] == [9, 9], reading
+    chosen = {
+        point.planned.fingerprint
+        for says in audit.readings.values()
+        for panel in table.published
+        for point in audit.points(runs, table, panel, says).values()
+    }
+    assert chosen == {planned.fingerprint for planned in study.plan}
+
+
+# The fit.
+
+
+def test_a_fit_by_hand():
+    fitted = fit([(np.full(30, 110.0), 100.0), (np.full(30, 50.0), 100.0)])
+    ratios = np.log([1.1, 0.5])
+    assert fitted.rms.value == pytest.approx(np.sqrt((ratios**2).mean()))
+    assert fitted.bias.value == pytest.approx(ratios.mean())
+    assert fitted.largest == pytest.approx(np.log(2))
+    assert fitted.rms.low == pytest.approx(fitted.rms.value)
+
+
+@given(st.floats(0.2, 5))
+def test_half_and_twice_are_equally_far(factor: float):
+    values = np.linspace(50, 150, 40)
+    over, under = (fit([(values * scale, 100.0)]).rms.value for scale in (factor, 1 / factor))
+    assert over == pytest.approx(under, abs=1e-9)

@@ -1,0 +1,38 @@
+"""Running a single point: wait for its lock, return its record, or learn and record it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from rl_design_space.design import DesignPoint, Task, Torus
+from rl_design_space.plan.plan import PlannedPoint
+from rl_design_space.run.single_point import run_point
+from tests.run.trackers import MemoryTracker
+
+PLANNED = PlannedPoint.of(DesignPoint(world=Torus(size=4), task=Task(periods=2, trials=3)), {}, ("size",), ("mine",))
+
+
+@pytest.mark.parametrize("recorded", [True, False])
+def test_a_point_that_another_process_has_locked_is_waited_for(recorded: bool):
+    waits: list[str] = []
+    locked = {PLANNED.fingerprint}
+    tracker = MemoryTracker(busy=dict.fromkeys(locked, 3), records_of_others=locked if recorded else set())
+    run = run_point(PLANNED, tracker, 1, lambda: waits.append("once"), poll=0.01)
+    assert run.is_new is not recorded
+    assert waits == ["once"]
+    assert run.stored.run_id == "run 0"
+    assert tracker.locked == set()
+
+
+def test_a_point_is_learned_once_and_added_to_later_studies():
+    tracker = MemoryTracker()
+    first = run_point(PLANNED, tracker, 1)
+    assert first.is_new
+    again = run_point(replace(PLANNED, studies=("yours",)), tracker, 1)
+    assert not again.is_new
+    assert again.stored.run_id == first.stored.run_id
+    assert again.stored.scalars == first.stored.scalars
+    assert tracker.runs[PLANNED.fingerprint].studies == {"mine", "yours"}
+    assert tracker.sweeps == []
