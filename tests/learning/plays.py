@@ -78,7 +78,7 @@ def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
 
 
 def _learn(next_cell, codes, layout, threshold, lengths, rules, state) -> Play:
-    # Read-only as in a simulation: the learner is compiled anew for other types.
+    # Read-only as in a simulation: the kernel would be compiled again for other types.
     generator, layout = np.array([state], dtype=np.uint64), np.array([layout], dtype=np.int32)
     generator.setflags(write=False)
     layout.setflags(write=False)

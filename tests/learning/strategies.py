@@ -42,7 +42,7 @@ explorations = st.one_of(
     st.builds(Sigmoidal, p=st.floats(0.1, 10), q=st.floats(-5, 10), first_trial=first_trials),
 )
 
-#: No more than two sets: the learner is compiled anew for every number of them.
+#: No more than two sets: the kernel is compiled again for every number of action lengths.
 multi_step_actions = st.builds(
     MultiStepActions,
     lengths=st.lists(st.integers(2, 6), max_size=2, unique=True).map(tuple),

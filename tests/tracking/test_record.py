@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -16,7 +17,7 @@ from rl_design_space.learning import LearningCurves
 from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.content import content_of, metrics
 from rl_design_space.tracking.record import point_record, result_of
-from rl_design_space.tracking.spool import CorruptedRecordError, Record, Spool, _digest
+from rl_design_space.tracking.spool import CorruptedRecordError, Record, Spool
 from tests.tracking.stores import learned
 
 PLANNED, CURVES = learned()
@@ -85,6 +86,6 @@ def test_a_file_in_an_unknown_format_is_corrupted(tmp_path: Path):
     other = Spool(tmp_path)
     record = point_record(PLANNED, CURVES, {})
     content = b"PK\x03\x04 an archive"
-    (tmp_path / record.name).write_bytes(_digest(content) + content)
+    (tmp_path / record.name).write_bytes(hashlib.sha256(content).digest() + content)
     with pytest.raises(CorruptedRecordError, match="cannot be read"):
         other.read(record.name)
