@@ -1,4 +1,4 @@
-"""Measured values beside published ones."""
+"""Comparison of measured values with published ones."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ _FAILED = ("failed_periods", "failed_low", "failed_high")
 
 
 def compare_with_published(periods: pd.DataFrame, published: pd.DataFrame) -> pd.DataFrame:
-    """One row a published cell, with what was measured for it.
+    """Return a row for each published cell, with the measured values.
 
     Args:
-        periods: one row a period: the cell's keys, `value`, and `failed`, whether a trial missed the goal.
-        published: one row a cell: its keys and `paper`, the published value.
+        periods: a row for each period: the keys of its cell, `value`, and `failed`, whether a trial missed the goal.
+        published: a row for each cell: its keys and `paper`, the published value.
 
     Returns:
         The keys, `paper`, `measured` (mean over periods), `ci_low`, `ci_high` (95 %), `ratio` (measured / paper),
         `failed_periods` (share) with `failed_low`, `failed_high` (95 %, Wilson), and `top_percent` (see
-        `statistics.top_percent_weight`). A cell that was not measured holds NaN.
+        `statistics.top_percent_weight`). Values of a cell that was not measured are NaN.
     """
     keys = [column for column in published.columns if column != "paper"]
     rows = [_measure(cell, keys, group) for cell, group in periods.groupby(keys, sort=False)]

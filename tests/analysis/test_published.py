@@ -1,4 +1,4 @@
-"""Measured values beside published ones, on frames made by hand."""
+"""Comparison of measured with published values, on frames built by hand."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_a_cell_that_was_not_published_is_left_out(table: pd.DataFrame):
     ],
     ids=["no period", "no such cell"],
 )
-def test_a_table_of_which_nothing_was_measured_keeps_its_shape(nothing: pd.DataFrame):
+def test_a_table_without_measurements_keeps_its_shape(nothing: pd.DataFrame):
     table = compare_with_published(nothing, PUBLISHED)
     pd.testing.assert_frame_equal(table[list(PUBLISHED.columns)], PUBLISHED)
     assert table[COLUMNS[1:]].isna().all(axis=None)
@@ -105,7 +105,7 @@ def test_a_single_period_has_a_value_and_no_interval():
     assert np.isnan(found["ci_high"])
 
 
-def test_keys_may_be_called_anything():
+def test_keys_may_have_any_name():
     published = pd.DataFrame({"who": ["x", "y"], "paper": [1.0, 2.0]})
     measured = pd.DataFrame({"who": ["y", "y"], "value": [3.0, 5.0], "failed": [False, False]})
     table = compare_with_published(measured, published)
