@@ -153,7 +153,7 @@ def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command
 
 @needs_browser
 @pytest.mark.parametrize("width", [400, 1300], ids=["phone", "desk"])
-def test_a_browser_shows_the_page_and_has_nothing_to_complain_of(report: Path, tmp_path: Path, width: int):
+def test_a_browser_shows_the_page_without_complaints(report: Path, tmp_path: Path, width: int):
     html, complaints = opened(report / "index.html", tmp_path / "profile", f"--window-size={width},900")
     assert complaints == []
     assert html.count("<h2") == len(SECTIONS) + 1
