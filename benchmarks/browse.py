@@ -1,4 +1,4 @@
-"""How long one waits at 10,000 runs: in MLflow's UI for a page of the table and a chart of 100 runs, for `load_runs`.
+"""Latency at 10,000 runs: of a table page and a chart of 100 runs in MLflow's UI, and of `load_runs`.
 
 A few real points are recorded, their rows copied by SQL, and the lean server of `rl-design-space ui` asked for what
 the UI asks for. The first time after the server's start is cold, the second warm. The disk cache is not emptied.
@@ -24,7 +24,6 @@ from benchmarks.processes import run
 from benchmarks.tables import number
 from rl_design_space.learning.measures import CURVES
 from rl_design_space.tracking import MlflowTracking
-from rl_design_space.tracking.cache import cache_file
 from rl_design_space.tracking.connection import analyze
 from rl_design_space.tracking.read import RunReader
 from rl_design_space.tracking.ui_server import serving
@@ -88,10 +87,8 @@ def text_of(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _loaded(database: Path, count: int) -> list[dict[str, Any]]:
-    """Seconds that the frame of all runs takes: the first time, and once more when the database has not changed."""
+    """Seconds that the frame of all runs takes, the first time and the second."""
     address = MlflowTracking(uri=f"sqlite:///{database}").address
-    cache_file(database).unlink(missing_ok=True)
-    time.sleep(3)  # what has changed just now is not kept
     rows = []
     for state in ("cold", "warm"):
         began = time.perf_counter()

@@ -1,1 +1,1 @@
-"""Analysis: frames in, frames out, no input or output and no learning."""
+"""Analysis: functions from recorded results to frames and estimates, without input, output or learning."""

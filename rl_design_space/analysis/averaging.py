@@ -1,4 +1,4 @@
-"""What runs differ in, and means over runs and their periods."""
+"""Parameters in which runs differ, and means over runs and their periods."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from rl_design_space.analysis.statistics import Estimate, mean_estimate, percent
 from rl_design_space.learning.measures import Measure
 from rl_design_space.learning.result import LearningCurves
 
-#: Every choice of a point by its name; one that an option does not have is not in it.
+#: Every choice of a point by its name; choices that its options do not have are missing.
 Parameters = Mapping[str, Any]
 
 
 def differing(points: Sequence[Parameters], beside: Collection[str] = ()) -> list[str]:
-    """The parameters in which points differ.
+    """Return the parameters in which points differ.
 
-    A value that an option alone decides is left out where the option itself differs: `reward.step` says nothing that
-    `reward` does not say, as long as each reward has one `reward.step`.
+    A value that follows from an option is left out if the option itself differs: `reward.step` adds nothing to `reward`
+    if each reward has one `reward.step`.
 
     Args:
-        points: by their parameters.
+        points: parameters of each point.
         beside: parameters that are known to differ.
     """
     names = dict.fromkeys(name for point in points for name in point)
@@ -42,11 +42,11 @@ def _decided_by_option(name: str, points: Iterable[Parameters], vary: Collection
 
 
 def mean_of_runs(runs: Sequence[FloatArray], strata: Sequence[Hashable]) -> Estimate:
-    """Mean over runs of the mean over their periods, with its 95 % bootstrap interval over periods.
+    """Return the mean over runs of the mean over their periods, with its 95 % bootstrap interval over periods.
 
     Args:
-        runs: (periods,) of each.
-        strata: of each run; those of one stratum met the same layouts, and their periods are resampled together.
+        runs: (periods,) values of each run.
+        strata: stratum of each run; runs of one stratum have the same layouts, so their periods are resampled together.
     """
     if len(runs) == 1:
         return mean_estimate(runs[0])
@@ -58,7 +58,7 @@ def mean_of_runs(runs: Sequence[FloatArray], strata: Sequence[Hashable]) -> Esti
 
 
 def resampled_means(runs: Sequence[FloatArray], strata: Sequence[Hashable]) -> FloatArray:
-    """Bootstrap samples of the mean over runs of what they hold: (resamples, …) for runs of (periods, …)."""
+    """Return bootstrap samples of the mean over runs: (resamples, …) for runs of (periods, …)."""
     sums: dict[Hashable, FloatArray] = {}
     for run, stratum in zip(runs, strata, strict=True):
         sums[stratum] = sums[stratum] + run if stratum in sums else run
@@ -73,7 +73,7 @@ def estimate(measured: Measure, runs: Sequence[LearningCurves], strata: Sequence
     Args:
         measured: the measure.
         runs: results of the runs.
-        strata: of each run; periods of one stratum met the same layouts and are resampled together.
+        strata: stratum of each run; runs of one stratum have the same layouts, so their periods are resampled together.
     """
     each = [values for run in runs if (values := measured.each(run)) is not None]
     if each:

@@ -1,4 +1,4 @@
-"""Verdicts on claims: what must hold, how surely it does, and what that means for all claims of a study."""
+"""Verdicts on claims: tests of their parts, and decisions on all claims of a study."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import numpy as np
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.statistics import percentile_interval
 
-#: Chance of a wrong verdict among the claims of a study.
+#: Probability of any wrong verdict among the claims of a study.
 ERROR = 0.05
 
 
 class Verdict(StrEnum):
-    """What the measurements say of a claim."""
+    """Verdict of the measurements on a claim."""
 
     REPRODUCED = "reproduced"
     NOT_REPRODUCED = "not reproduced"
@@ -26,15 +26,15 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Tested:
-    """A statistic of which a claim says where it lies.
+    """A statistic tested against the range that a claim gives for it.
 
     Attributes:
-        what: the statistic, for people.
-        low, high: where the claim says that it lies, both included.
-        value: measured.
+        what: description of the statistic.
+        low, high: the range, both ends included.
+        value: measured value.
         ci_low, ci_high: its 95 % bootstrap interval over periods.
-        p_claim: chance of such data if the claim did not hold, that is of resamples outside of the claimed range.
-        p_other: chance of such data if it did: of resamples inside.
+        p_claim: probability of such data if the claim does not hold: share of resamples outside of the range.
+        p_other: probability of such data if the claim holds: share of resamples inside.
     """
 
     what: str
@@ -48,46 +48,46 @@ class Tested:
 
     @property
     def state(self) -> str:
-        """Whether this part `holds`, `fails`, or is `unclear`, going by its interval."""
+        """Whether the part `holds`, `fails`, or is `unclear`, according to its interval."""
         if self.low <= self.ci_low and self.ci_high <= self.high:
             return "holds"
         return "fails" if self.ci_high < self.low or self.ci_low > self.high else "unclear"
 
 
 def in_range(what: str, value: float, samples: FloatArray, low: float, high: float) -> Tested:
-    """Ask bootstrap samples of a statistic whether it lies in a range.
+    """Test with bootstrap samples whether a statistic lies in a range.
 
     Args:
-        what: the statistic, for people.
-        value: measured.
-        samples: (resamples,)
-        low: where the range begins; may be minus infinity.
-        high: where it ends; may be infinity.
+        what: description of the statistic.
+        value: measured value.
+        samples: (resamples,) bootstrap samples.
+        low: lower end of the range; may be minus infinity.
+        high: upper end of the range; may be infinity.
     """
-    if np.isnan(samples).any() or math.isnan(value):  # such as no trials over no trials: nothing can be said
+    if np.isnan(samples).any() or math.isnan(value):  # such as 0 / 0: undecided
         return Tested(what, low, high, value, math.nan, math.nan, p_claim=1.0, p_other=1.0)
     inside = float(((samples >= low) & (samples <= high)).mean())
-    least = 1 / (len(samples) + 1)  # no number of resamples makes sure
+    least = 1 / (len(samples) + 1)  # resampling cannot prove a probability of 0
     ci_low, ci_high = percentile_interval(samples)
     chances = (max(1 - inside, least), max(inside, least))
     return Tested(what, low, high, value, float(ci_low), float(ci_high), *chances)
 
 
 def exact(what: str, value: float, low: float, high: float) -> Tested:
-    """A statistic that does not depend on chance."""
+    """Test a statistic that does not depend on chance."""
     holds = low <= value <= high
     return Tested(what, low, high, value, value, value, float(not holds), float(holds))
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What came of a claim.
+    """The result of judging a claim.
 
     Attributes:
         verdict: on the claim.
-        p: Holm's adjusted chance of a wrong verdict; NaN if nothing was measured.
-        decisive: the part that the verdict hangs on; None if nothing was measured.
-        parts: everything that the claim says.
+        p: probability of a wrong verdict, adjusted by Holm's procedure; NaN if nothing was measured.
+        decisive: the part that decides the verdict; None if nothing was measured.
+        parts: all parts of the claim.
     """
 
     verdict: Verdict
@@ -97,13 +97,13 @@ class Finding:
 
 
 def judge(claims: Mapping[str, Sequence[Tested]]) -> dict[str, Finding]:
-    """Verdicts on the claims of one study, by their names.
+    """Judge the claims of one study; return findings by name.
 
-    A claim holds if all of its parts do, and does not if any one does not (Bonferroni over the parts). Its verdict
-    needs a two-sided chance of error below 5 % after Holm's correction over the claims (Scand. J. Statist. 6, 1979).
+    A claim holds if all of its parts hold, and fails if any part fails (Bonferroni over the parts). A verdict requires
+    a two-sided error probability below 5 % after Holm's correction over the claims (Scand. J. Statist. 6, 1979).
 
     Args:
-        claims: the parts of each claim; none where nothing was measured.
+        claims: the tested parts of each claim; none if nothing was measured.
     """
     chances = {name: _chances(parts) for name, parts in claims.items() if parts}
     adjusted = holm({name: min(1.0, 2 * min(both)) for name, both in chances.items()})
@@ -115,7 +115,7 @@ def judge(claims: Mapping[str, Sequence[Tested]]) -> dict[str, Finding]:
         p_claim, p_other = chances[name]
         holds = p_claim < p_other
         decided = Verdict.REPRODUCED if holds else Verdict.NOT_REPRODUCED
-        # What a claim that holds hangs on is its weakest part; one that does not, the part that fails most surely.
+        # A claim that holds is decided by its weakest part; one that fails, by the part that fails most clearly.
         decisive = max(parts, key=lambda part: part.p_claim) if holds else min(parts, key=lambda part: part.p_other)
         verdict = decided if adjusted[name] < ERROR else Verdict.UNDECIDED
         findings[name] = Finding(verdict, adjusted[name], decisive, tuple(parts))
@@ -123,7 +123,7 @@ def judge(claims: Mapping[str, Sequence[Tested]]) -> dict[str, Finding]:
 
 
 def holm(chances: Mapping[str, float]) -> dict[str, float]:
-    """Adjusted chances of error by Holm's step-down procedure."""
+    """Return error probabilities adjusted by Holm's step-down procedure."""
     ranked = sorted(chances, key=lambda name: chances[name])
     scaled = [min(1.0, (len(ranked) - rank) * chances[name]) for rank, name in enumerate(ranked)]
     return dict(zip(ranked, np.maximum.accumulate(scaled).tolist(), strict=True)) if ranked else {}

@@ -1,4 +1,4 @@
-"""How well measured cells fit published ones."""
+"""Fit of measured cells of a table to published ones."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from rl_design_space.analysis.statistics import Estimate, percentile_interval, r
 
 @dataclass(frozen=True)
 class Fit:
-    """How far the cells of a table lie from the published ones, in logarithms, so that half and twice are equally far.
+    """Distance of the cells of a table from the published ones, in logarithms, so that half and twice are equally far.
 
     Attributes:
         rms: root of the mean squared log ratio, measured / published.
-        bias: mean log ratio: above 0 if the measured cells are too large.
+        bias: mean log ratio; positive if the measured cells are too large.
         largest: largest absolute log ratio.
     """
 
@@ -27,13 +27,12 @@ class Fit:
 
 
 def fit(cells: Sequence[tuple[FloatArray, float]]) -> Fit:
-    """The fit of some cells, with 95 % bootstrap intervals over periods.
+    """Return the fit of cells, with 95 % bootstrap intervals over periods.
 
-    The interval of the rms is that of rms itself, which chance makes larger than it is, not smaller: cells that fit
-    perfectly would still differ by chance.
+    The rms is biased upwards, and so is its interval: even cells that fit perfectly differ by chance.
 
     Args:
-        cells: of each cell the values of its periods, (periods,), and the published number.
+        cells: for each cell the values of its periods, (periods,), and the published number.
     """
     plain, resampled = [], []
     for values, published in cells:

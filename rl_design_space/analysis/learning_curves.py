@@ -1,4 +1,4 @@
-"""Learning curves of points, with their uncertainty, and what to hold them against."""
+"""Learning curves of points with their uncertainty, and the random walk as their baseline."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def curve_frame(recorded: LearningCurves) -> pd.DataFrame:
-    """One row a trial: how many steps it takes, over periods.
+    """Return the steps of each trial over periods, a row for each trial.
 
     Returns:
         trial; mean with ci_low and ci_high (95 %, bootstrap over periods); median, q10, q90; failed, the share of
@@ -44,7 +44,7 @@ def curve_frame(recorded: LearningCurves) -> pd.DataFrame:
 
 
 def curve_summary(recorded: LearningCurves) -> dict[str, float]:
-    """The numbers that sum a curve up, those of means with their 95 % intervals."""
+    """Return scalars of a learning curve; means come with their 95 % intervals."""
     equal = np.full((1, len(recorded.steps)), 1 / len(recorded.steps))
     total, failed, final = (
         mean_estimate(each)
@@ -67,15 +67,15 @@ def curve_summary(recorded: LearningCurves) -> dict[str, float]:
 
 
 def random_walk_steps(world: World, layouts: NDArray[np.int32]) -> float:
-    """Steps that a uniformly random walker needs to reach all goals in order, expected, mean over layouts.
+    """Return the expected steps of a uniformly random walk through all goals in order, mean over layouts.
 
-    Exact, without a step cap. With the fundamental matrix Z = (I - P + 1π)⁻¹ of a walk P whose share of time at each
-    cell is π, the way from i to j ≠ i takes (z_jj - z_ij) / π_j (Kemeny and Snell, "Finite Markov Chains", 1960,
-    section 4.4): one inverse, however many goals there are.
+    The value is exact, without a step cap. With the fundamental matrix Z = (I - P + 1π)⁻¹ of a walk P whose
+    stationary distribution is π, the walk from i to j ≠ i takes (z_jj - z_ij) / π_j (Kemeny and Snell, "Finite Markov
+    Chains", 1960, section 4.4): one inverse, however many goals there are.
 
     Args:
-        world: with its transition table.
-        layouts: (periods, 1 + n_goals) start and goals, each unlike the one before, all within reach of each other.
+        world: the world.
+        layouts: (periods, 1 + n_goals) start and goals, each different from the one before, all mutually reachable.
     """
     next_cell, layouts = _within_reach(world.next_cell(), layouts)
     moves, cells = next_cell.shape
@@ -83,7 +83,7 @@ def random_walk_steps(world: World, layouts: NDArray[np.int32]) -> float:
     for move in range(moves):
         np.add.at(walk, (np.arange(cells), next_cell[move]), 1 / moves)
     away = np.eye(cells) - walk
-    share = np.linalg.solve((away + 1).T, np.ones(cells))  # π (I - P) = 0 and Σ π = 1, in one
+    share = np.linalg.solve((away + 1).T, np.ones(cells))  # π (I - P) = 0 and Σ π = 1 in one system
     fundamental = np.linalg.inv(away + share)
     origins, goals = layouts[:, :-1], layouts[:, 1:]
     legs = (fundamental[goals, goals] - fundamental[origins, goals]) / share[goals]
@@ -93,7 +93,7 @@ def random_walk_steps(world: World, layouts: NDArray[np.int32]) -> float:
 def _within_reach(
     next_cell: NDArray[np.int32], layouts: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """The same without the cells that no walker comes to, such as obstacles; the others are numbered anew."""
+    """Remove cells that cannot be reached, such as obstacles, and renumber the others."""
     met = reached_from(next_cell, int(layouts[0, 0]))
     number = (np.cumsum(met) - 1).astype(np.int32)
     return number[next_cell[:, met]], number[layouts]

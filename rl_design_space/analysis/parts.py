@@ -1,7 +1,7 @@
-"""Parts of claims: statistics of the periods of points, each with the range in which a claim says that it lies.
+"""Parts of claims: statistics of the periods of points, each with the range that a claim gives for it.
 
-The unit is the period. Points of equal size met the same layouts, so all of them are resampled with the same weights.
-Where a best point is chosen, it is chosen on the periods of even number and compared on those of odd number.
+The unit is the period. Points of equal size have the same layouts, so all of them are resampled with the same weights.
+A best point is selected on the even-numbered periods and compared on the odd-numbered ones.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Data(Protocol):
     """Recorded points by the values of their parameters."""
 
     def one(self, where: Where) -> LearningCurves:
-        """The only point with these values.
+        """Return the only point with these values.
 
         Raises:
             LookupError: it has not been recorded.
@@ -38,7 +38,7 @@ class Data(Protocol):
         ...
 
     def by(self, where: Where, parameter: str) -> Mapping[Any, LearningCurves]:
-        """All points with these values, by their value of one more parameter.
+        """Return all points with these values, by their value of another parameter.
 
         Raises:
             LookupError: one of them has not been recorded.
@@ -47,13 +47,13 @@ class Data(Protocol):
 
 
 class Part(Protocol):
-    """One thing that a claim says."""
+    """A part of a claim."""
 
     def test(self, data: Data) -> Tested:
-        """How it stands with it.
+        """Test this part on recorded data.
 
         Raises:
-            LookupError: a point that it takes has not been recorded.
+            LookupError: a point that it needs has not been recorded.
         """
         ...
 
@@ -71,12 +71,12 @@ _Choice = Annotated[Where, Field(min_length=1)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class _Ranged:
-    """What every part has: what it is, and where the claim says that it lies; no end if left out.
+    """Base of all parts: a description and a range.
 
     Attributes:
-        what: for people.
-        low: at least.
-        high: at most.
+        what: description of the statistic.
+        low: lower end of the range; none if left out.
+        high: upper end of the range; none if left out.
     """
 
     what: Text
@@ -97,8 +97,8 @@ class Level(_Ranged):
     """A measure of one point.
 
     Attributes:
-        point: its values.
-        measure: of `learning.measures`.
+        point: values of its parameters.
+        measure: name in `learning.measures`.
     """
 
     point: _Choice
@@ -111,12 +111,12 @@ class Level(_Ranged):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class _OfTwo(_Ranged):
-    """A measure of one point held against that of another.
+    """A comparison of a measure of two points.
 
     Attributes:
-        point: values of the one.
-        to: values of the other.
-        measure: of `learning.measures`.
+        point: values of the parameters of the one point.
+        to: values of the parameters of the other point.
+        measure: name in `learning.measures`.
     """
 
     point: _Choice
@@ -149,13 +149,13 @@ class Difference(_OfTwo):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ExpectedOverBest(_Ranged):
-    """A measure at the value of a parameter that is said to be the best, over that at the value that is.
+    """A measure at the claimed best value of a parameter, over that at the measured best value.
 
     Attributes:
-        among: what all the points have in common.
-        parameter: in which they differ.
-        expected: the value said to be the best.
-        measure: of `learning.measures`; the least is the best.
+        among: values that all the points have in common.
+        parameter: parameter in which they differ.
+        expected: the claimed best value.
+        measure: name in `learning.measures`; the smallest is the best.
     """
 
     among: _Choice
@@ -177,11 +177,11 @@ class BestOverBest(_Ranged):
     """A measure of the best of some points over that of the best of others.
 
     Attributes:
-        among: what the ones have in common.
-        parameter: in which they differ.
-        to: what the others have in common.
-        to_parameter: in which they differ; as the ones if left out.
-        measure: of `learning.measures`; the least is the best.
+        among: values that the first points have in common.
+        parameter: parameter in which they differ.
+        to: values that the other points have in common.
+        to_parameter: parameter in which those differ; `parameter` if left out.
+        measure: name in `learning.measures`; the smallest is the best.
     """
 
     among: _Choice
@@ -201,13 +201,13 @@ class BestOverBest(_Ranged):
 class ExplorationOverExploration(_Ranged):
     """Total exploration (the sum of ε over the trials) at the best schedule of some points over that of others.
 
-    The best is chosen anew in every resample, so the interval holds the uncertainty of the choice.
+    The best schedule is selected again in every resample, so the interval includes the uncertainty of the selection.
 
     Attributes:
-        among: what the ones have in common.
-        to: what the others have in common.
-        parameter: of the schedule, in which they differ.
-        measure: of `learning.measures`; the least is the best.
+        among: values that the first points have in common.
+        to: values that the other points have in common.
+        parameter: parameter of the schedule, in which they differ.
+        measure: name in `learning.measures`; the smallest is the best.
     """
 
     among: _Choice
@@ -229,11 +229,11 @@ class ExplorationOverExploration(_Ranged):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class KnownObservations(_Ranged):
-    """Share of the observations of a world that a smaller one has as well, over all layouts of one goal: exact.
+    """Share of the observations of a world that a smaller one has as well, over all layouts with one goal; exact.
 
     Attributes:
-        representation: an option's class, e.g. `{_target_: rl_design_space.design.Direction}`.
-        sizes: of the smaller and of the larger world.
+        representation: an option, e.g. `{_target_: rl_design_space.design.Direction}`.
+        sizes: sizes of the smaller and of the larger world.
     """
 
     representation: Representation
@@ -249,14 +249,14 @@ class KnownObservations(_Ranged):
 
 
 def _over(name: str, one: LearningCurves, other: LearningCurves, weights: FloatArray) -> FloatArray:
-    """A measure of one point over that of another; NaN where both are 0."""
+    """Return a measure of one point over that of another; NaN where both are 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio: FloatArray = measure(name).samples(one, weights) / measure(name).samples(other, weights)
     return ratio
 
 
 def _best(points: Mapping[Any, LearningCurves], name: str) -> Any:
-    """The value of a parameter with the least measure on the periods of even number."""
+    """Return the value of a parameter with the smallest measure on the even-numbered periods."""
     return min(points, key=lambda value: _value(name, points[value]))
 
 
@@ -265,7 +265,7 @@ def _value(name: str, recorded: LearningCurves) -> float:
 
 
 def _weights(recorded: LearningCurves, half: slice | None = None) -> tuple[FloatArray, FloatArray]:
-    """Equal weights of the periods, and those of resamples; of one half of them only, if asked for."""
+    """Return equal weights of the periods, and weights of resamples; 0 outside of `half` if it is given."""
     periods = len(recorded.steps)
     if half is None:
         return _equal(periods, slice(None)), resample_weights(periods)

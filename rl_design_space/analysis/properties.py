@@ -1,4 +1,4 @@
-"""Properties of a representation that follow from its observations alone, without any learning (paper, Table 1)."""
+"""Properties of a representation that follow from its observations, without learning (paper, Table 1)."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class Properties:
     A state is a cell and a success counter.
 
     Attributes:
-        states_each: as how many states a state is seen, itself included: those with the same observation.
-        aliased: share of states that are seen as others with which they have no optimal move in common.
-        other_goals: share of states of another layout in which the move is optimal that is optimal most often, in a
-            first layout, for the same observation; an observation that the first layout does not have counts as a
-            failure. A move at random is optimal in about half of the states.
-        larger_grid: the same for a layout on a larger grid.
+        states_each: mean number of states with the same observation as a state, itself included.
+        aliased: share of states with an observation for which no step is optimal in all states that have it.
+        other_goals: share of states of another layout in which the step is optimal that is optimal most often for the
+            same observation in a first layout; an observation that does not occur in the first layout counts as a
+            failure. A random step is optimal in about half of the states.
+        larger_grid: as `other_goals`, for a layout on a larger grid.
     """
 
     states_each: float
@@ -34,11 +34,11 @@ class Properties:
 
 @dataclass(frozen=True)
 class _Layout:
-    """What is seen in a layout, and which moves are optimal.
+    """Observations and optimal steps in a layout.
 
     Attributes:
         codes: (n_goals, cells) observations, by success counter.
-        optimal: (moves, n_goals, cells)
+        optimal: (4, n_goals, cells) whether the step in each direction is optimal.
     """
 
     codes: NDArray[np.int64]
@@ -52,14 +52,14 @@ def properties(
     layouts: NDArray[np.int32],
     on_larger: NDArray[np.int32],
 ) -> Properties:
-    """The properties of a representation.
+    """Return the properties of a representation.
 
     Args:
-        representation: to be looked at.
-        world: where the layouts are.
+        representation: the representation.
+        world: world of the layouts.
         larger: a larger world.
         layouts: (layouts, 1 + n_goals) starts and goals in `world`, at least two.
-        on_larger: (layouts, 1 + n_goals) in `larger`.
+        on_larger: (layouts, 1 + n_goals) starts and goals in `larger`.
     """
     seen = [_look(representation, world, layout[1:]) for layout in layouts]
     beyond = [_look(representation, larger, layout[1:]) for layout in on_larger]
@@ -73,14 +73,14 @@ def properties(
 
 
 def optimal_moves(world: World, goals: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Which moves bring the agent nearer to the goal that is due.
+    """Return which steps bring the agent nearer to the due goal.
 
     Args:
-        world: with its transition table.
-        goals: (n_goals,) cells, to be reached in their order.
+        world: the world.
+        goals: (n_goals,) cells, to be reached in this order.
 
     Returns:
-        (moves, n_goals, cells), by success counter; at the goal itself every move is as good.
+        (4, n_goals, cells), by direction, success counter and cell; at the goal itself every step is optimal.
     """
     next_cell = world.next_cell()
     cells = np.arange(next_cell.shape[1], dtype=np.int32)
@@ -96,7 +96,7 @@ def _look(representation: Representation, world: World, goals: NDArray[np.int32]
 
 
 def _votes(layout: _Layout) -> tuple[NDArray[np.int64], NDArray[np.intp], NDArray[np.int64], NDArray[np.int64]]:
-    """Observations; which of them each state is; states of each; and in how many of those each move is optimal."""
+    """Return observations, index of each state's, number of states of each, and of those where each step is optimal."""
     known, which, counts = np.unique(layout.codes.ravel(), return_inverse=True, return_counts=True)
     votes = np.zeros((len(known), len(layout.optimal)), dtype=np.int64)
     for move, optimal in enumerate(layout.optimal):
@@ -105,14 +105,14 @@ def _votes(layout: _Layout) -> tuple[NDArray[np.int64], NDArray[np.intp], NDArra
 
 
 def _of_layout(layout: _Layout) -> tuple[float, float]:
-    """States that a state is seen as, and share of aliased states."""
+    """Return the mean number of states with equal observations, and the share of aliased states."""
     _, which, counts, votes = _votes(layout)
     agreed = (votes == counts[:, np.newaxis]).any(axis=1)
     return float(counts[which].mean()), float((~agreed[which]).mean())
 
 
 def _carried(known_from: _Layout, to: _Layout) -> float:
-    """How often the best move by observation, in one layout, is optimal in another."""
+    """Return how often the best step for an observation in one layout is optimal in another."""
     known, _, _, votes = _votes(known_from)
     codes = to.codes.ravel()
     place = np.minimum(np.searchsorted(known, codes), len(known) - 1)

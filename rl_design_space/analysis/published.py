@@ -1,4 +1,4 @@
-"""Measured values beside published ones."""
+"""Comparison of measured values with published ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a representation is worth at its best schedule: speed, quality, and the exploration that it takes (Table 3)."""
+"""Quality of a representation at its best schedule: speed, final policy, and exploration (Table 3)."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from rl_design_space.analysis.statistics import Estimate, mean_estimate, percent
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR, converged
 from rl_design_space.learning.result import LearningCurves
 
-#: Medians have no weighted mean to resample, so whole periods are drawn.
+#: Number of resamples; whole periods are drawn, because medians cannot be resampled by weights.
 _RESAMPLES = 2000
 
 
 @dataclass(frozen=True)
 class Quality:
-    """A representation at its best schedule, chosen on the periods of even number, judged by those of odd number.
+    """Quality at the best schedule, which is selected on the even-numbered periods and judged on the odd-numbered ones.
 
     Attributes:
-        best: the schedule chosen, as the points are called.
-        speed: trials until the median over periods stays within 10 % of its final level.
+        best: name of the selected schedule.
+        speed: trials until the median over periods has converged to within 10 % of its final level.
         over_optimum: steps / optimum in the last trials.
         never_near: share of periods whose last trials need more than 1.1 times the optimum.
-        exploration: sum of ε over the trials, of the chosen schedule; its interval is that of choosing in resamples.
+        exploration: sum of ε over the trials of the selected schedule; its interval is that of selecting in resamples.
     """
 
     best: str
@@ -38,10 +38,10 @@ class Quality:
 
 
 def quality(schedules: Mapping[str, LearningCurves]) -> Quality:
-    """What the points of one representation with different schedules say of it.
+    """Return the quality of a representation, from points with different schedules.
 
     Args:
-        schedules: recorded points by a name of their schedule; the one with the least total steps is the best.
+        schedules: recorded points by name of their schedule; the one with the fewest total steps is the best.
     """
     totals = np.array([recorded.total_steps for recorded in schedules.values()])
     exploration = np.array([recorded.epsilon.sum() for recorded in schedules.values()])

@@ -1,4 +1,4 @@
-"""Estimates with their uncertainty. The unit is the period."""
+"""Estimates with their uncertainty; the unit is the period."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class Estimate(NamedTuple):
 
 
 def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
-    """Mean of independent periods with a bias-corrected and accelerated (BCa) bootstrap interval.
+    """Return the mean of independent periods with a bias-corrected and accelerated (BCa) bootstrap interval.
 
     BCa follows the skew of heavy tails (Efron, "Better bootstrap confidence intervals", JASA 82, 1987).
 
     Args:
-        values: (periods,) one number a period.
-        seed: of the resampling.
+        values: (periods,) a number for each period.
+        seed: seed of the resampling.
     """
     mean = float(np.mean(values))
     if len(values) < 2:
@@ -43,20 +43,20 @@ def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
 
 
 def share_estimate(which: NDArray[np.bool_]) -> Estimate:
-    """Share of periods of which something is true, with its Wilson interval (JASA 22, 1927).
+    """Return the share of periods with a property, with its Wilson interval (JASA 22, 1927).
 
     Args:
-        which: (periods,)
+        which: (periods,) whether each period has the property.
     """
     interval = stats.binomtest(int(which.sum()), len(which)).proportion_ci(method="wilson")
     return Estimate(float(which.mean()), float(interval.low), float(interval.high))
 
 
 def top_percent_weight(values: FloatArray) -> float:
-    """Mean of the largest 1 % of the values over the mean of all: 1 if all are equal, large in a heavy tail.
+    """Return the mean of the largest 1 % of the values over the mean of all: 1 if all are equal, large for heavy tails.
 
     Args:
-        values: (periods,) not negative; the 1 % is rounded up to whole periods.
+        values: (periods,) non-negative; the 1 % is rounded up to whole periods.
     """
     largest = np.sort(values)[-math.ceil(len(values) / 100) :]
     return float(largest.mean() / values.mean())
@@ -64,21 +64,21 @@ def top_percent_weight(values: FloatArray) -> float:
 
 @lru_cache(maxsize=4)
 def resample_weights(periods: int, seed: int = 0, resamples: int = RESAMPLES) -> FloatArray:
-    """How much each period counts in each bootstrap resample.
+    """Return the weight of each period in each bootstrap resample.
 
-    A weighted sum over periods is a resampled mean: `weights @ values`, for many columns of values at a time. Points
-    of equal size and seed met the same layouts, so their differences are paired: the same weights resample both.
+    A weighted sum over periods is a resampled mean: `weights @ values`, for many columns of values at a time. Points of
+    equal size and seed have the same layouts, so their differences are paired: the same weights resample both.
 
     Returns:
         (resamples, periods), each row sums to 1.
     """
     rng = np.random.default_rng(seed)
     weights: FloatArray = rng.multinomial(periods, np.full(periods, 1 / periods), size=resamples) / periods
-    weights.setflags(write=False)  # shared by all who ask for them
+    weights.setflags(write=False)  # cached, so it is shared
     return weights
 
 
 def percentile_interval(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The middle 95 % of bootstrap samples, along the first axis."""
+    """Return the ends of the middle 95 % of bootstrap samples, along the first axis."""
     low, high = np.percentile(samples, (2.5, 97.5), axis=0)
     return low, high

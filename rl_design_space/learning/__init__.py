@@ -1,4 +1,4 @@
-"""Learning: tables in, learning curves out."""
+"""Learning: from the tables of a design point to its learning curves."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ __all__ = ["LearningCurves", "simulate"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import the compiled kernel only when it is needed: Numba takes half a second."""
+    """Import `simulate` on first use: importing Numba takes half a second."""
     if name == "simulate":
         from rl_design_space.learning.simulation import simulate
 

@@ -1,4 +1,4 @@
-"""The file format of results: named arrays in an .npz file, the same bytes for the same arrays."""
+"""The file format of results: named arrays in an .npz file; equal arrays give equal bytes."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 def write_arrays(file: Path | BinaryIO, arrays: Arrays, *, compress: bool = True) -> None:
-    """Write arrays by their names.
+    """Write named arrays to a file.
 
     Args:
         file: path or open file.
-        arrays: to write.
+        arrays: arrays by name.
         compress: whether to spend processor time on a smaller file.
     """
     method = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED
@@ -27,11 +27,11 @@ def write_arrays(file: Path | BinaryIO, arrays: Arrays, *, compress: bool = True
         for name, array in arrays.items():
             member = BytesIO()
             np.save(member, array)
-            # Without a time, so that equal results are equal files.
+            # Without a time stamp, so that equal results are equal files.
             archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getbuffer(), method)
 
 
 def read_arrays(file: Path | BinaryIO) -> dict[str, NDArray[Any]]:
-    """Return all arrays of a file, by their names."""
+    """Return all arrays of a file by name."""
     with np.load(file) as archive:
         return {name: archive[name] for name in archive.files}

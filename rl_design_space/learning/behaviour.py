@@ -1,10 +1,10 @@
-"""What the agents of all lanes do next: ε-greedy on one 64-bit word a decision.
+"""Choosing the next action in all lanes: ε-greedy, from one 64-bit random word for each decision.
 
-The upper half of the word decides whether to explore, the lower half which action it is. Words come from
+The upper half of the word decides whether to explore, the lower half selects the action. Words come from
 xoshiro256++ (Blackman and Vigna, "Scrambled linear pseudorandom number generators", ACM TOMS 47, 2021).
 
-Both loops are written without branches and over plain columns, so that the compiler turns each into vector
-instructions that serve several lanes at a time.
+Both loops have no branches and run over plain columns, so that the compiler turns each into vector instructions that
+process several lanes at a time.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 from rl_design_space.learning.compiled import inlined
 from rl_design_space.learning.lanes import ACTION, LANES, S0, S1, S2, S3, THRESHOLD, WORD, index
 
-#: ε is compared in steps of 2^-32.
+#: ε is compared with a resolution of 2^-32.
 COIN_SIDES = 2**32
 
 _0, _1, _32 = index(0), index(1), index(32)
@@ -26,7 +26,7 @@ def _rotated(word, bits):
 
 @inlined
 def draw(numbers, running):
-    """One word of xoshiro256++ for every running lane."""
+    """Draw one word of xoshiro256++ for every running lane."""
     for lane in range(running):
         s0, s1, s2, s3 = numbers[S0 + lane], numbers[S1 + lane], numbers[S2 + lane], numbers[S3 + lane]
         numbers[WORD + lane] = _rotated(s0 + s3, 23) + s0
@@ -41,7 +41,7 @@ def draw(numbers, running):
 
 @inlined
 def choose(numbers, values, running, lengths, rules):
-    """The action that every running lane's word chooses among the values that the lane sees."""
+    """Choose an action for every running lane, from its word and the Q-values of its current row."""
     n_actions = index(4 * len(lengths))
     for lane in range(running):
         word = numbers[WORD + lane]
@@ -55,11 +55,11 @@ def choose(numbers, values, running, lengths, rules):
             count = _0
             for action in range(4 * len(lengths)):
                 count += index(values[index(action * LANES) + lane] >= best)
-        # The product's upper part draws one of `count` maxima; its lower part is still uniform for the next draw.
+        # The upper part of the product selects one of `count` maxima; its lower part is uniform for the next draw.
         product = lower * count
         skip = product >> _32
         greedy = seen = _0
-        # The last action is the one that is left.
+        # The last action needs no test: it is chosen if no other one is.
         for action in range(4 * len(lengths) - 1):
             seen += index(values[index(action * LANES) + lane] >= best)
             greedy += index(seen <= skip)

@@ -1,4 +1,4 @@
-"""What the components of a design point yield, checked, because compiled code trusts its indices."""
+"""Tables of the components of a design point, validated because compiled code does not check its indices."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ _LARGEST = float(np.finfo(np.float64).max)
 
 
 def transitions(point: DesignPoint) -> NDArray[np.int32]:
-    """(4, cells) int32, where each move leads.
+    """Return the transition table of the world: (4, cells) int32, the cell that each step leads to.
 
     Raises:
-        ConfigError: the world yields a table of the wrong shape, type or range.
+        ConfigError: the world returns a table of the wrong shape, type or range.
     """
     cells = cell_count(point.world)
     return _checked("world", point.world, "next_cell", point.world.next_cell(), (4, cells), np.int32, 0, cells - 1)
 
 
 def places(point: DesignPoint) -> NDArray[np.int32]:
-    """(k,) int32, ascending, the cells where starts and goals lie.
+    """Return the cells on which starts and goals lie: (k,) int32, ascending.
 
     Raises:
-        ConfigError: as above, or there are not enough of them.
+        ConfigError: the world returns an array of the wrong shape, type or range, or too few cells.
     """
     world, cells, name = point.world, open_cells(point.world), full_name(type(point.world))
     shape = cells.shape if isinstance(cells, np.ndarray) and cells.ndim == 1 else (cell_count(world),)
@@ -46,7 +46,7 @@ def places(point: DesignPoint) -> NDArray[np.int32]:
 
 
 def epsilons(point: DesignPoint) -> FloatArray:
-    """(trials,) float64, the probability of exploring.
+    """Return the exploration schedule: (trials,) float64, probability of exploring.
 
     Raises:
         ConfigError: the schedule is of the wrong length, type or range.
@@ -57,7 +57,7 @@ def epsilons(point: DesignPoint) -> FloatArray:
 
 
 def rewards(point: DesignPoint) -> FloatArray:
-    """(3,) float64, for a move, a due sub-goal, the due final goal.
+    """Return the rewards: (3,) float64, for a step, for the due sub-goal, for the due final goal.
 
     Raises:
         ConfigError: the table is of the wrong shape, type or range.
@@ -66,7 +66,7 @@ def rewards(point: DesignPoint) -> FloatArray:
 
 
 def lengths(point: DesignPoint) -> NDArray[np.int32]:
-    """(1 + m,) int32, primitive moves of every action length; the first is 1.
+    """Return the action lengths: (1 + m,) int32, steps of the actions of each length; the first is 1.
 
     Raises:
         ConfigError: the lengths are of the wrong number, type or range.
@@ -83,17 +83,17 @@ def lengths(point: DesignPoint) -> NDArray[np.int32]:
 
 
 def observation_codes(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
-    """What the agent observes in some periods.
+    """Return the observations of the agent in several periods.
 
     Args:
-        point: whose representation is used.
-        goals: (periods, n_goals).
+        point: the design point.
+        goals: (periods, n_goals) cells.
 
     Returns:
         (periods, n_goals, cells) int64 codes, contiguous, by success counter and cell.
 
     Raises:
-        ConfigError: the representation yields codes of the wrong shape, type or range.
+        ConfigError: the representation returns codes of the wrong shape, type or range.
     """
     codes, shape = point.representation.observation(point.world, goals), (*goals.shape, cell_count(point.world))
     _checked("representation", point.representation, "observation", codes, shape, np.int64, 0, 2**63 - 1)

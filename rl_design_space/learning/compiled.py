@@ -1,8 +1,8 @@
-"""Compiling with Numba, and keeping on disk what was compiled.
+"""Compiling with Numba, and caching compiled code on disk.
 
-Numba's own cache does not notice that a function in another file has changed, lets processes that compile at the
-same time overwrite each other's files, and ends the program where its folder cannot be used. So compiled code is kept
-in files named by a digest of everything that it depends on: it is there or it is not, and never old.
+Numba's own cache does not detect changes of functions in other files, lets processes that compile at the same time
+overwrite each other's files, and aborts the program if its folder cannot be used. Therefore compiled code is cached in
+files named by a digest of everything that it depends on, so that it is never outdated.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from numba import njit
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
-#: A function that is called seldom enough to stay one in machine code.
+#: Decorator of functions that are called so rarely that they need not be inlined.
 compiled = njit(nogil=True, error_model="numpy")
-#: A function that becomes part of the loop that calls it.
+#: Decorator of functions that are inlined into the loop that calls them.
 inlined = njit(nogil=True, error_model="numpy", forceinline=True)
 
 
 def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function when it is first called, or load what an earlier process has compiled.
+    """Compile a function when it is first called, or load the code that an earlier process has compiled.
 
-    Where nothing can be kept, one warning says so, and every process compiles for itself.
+    If the cache cannot be used, there is one warning, and every process compiles for itself.
     """
     dispatcher: Any = compiled(function)
-    if hasattr(dispatcher, "_cache"):  # not where compiling is switched off
+    if hasattr(dispatcher, "_cache"):  # missing if compiling is switched off
         try:
             dispatcher._cache = _Kept(function)
         except (OSError, RuntimeError) as error:
@@ -52,7 +52,7 @@ class _Kept(FunctionCache):
             return self._impl.rebuild(target_context, pickle.loads(self._path(sig, target_context).read_bytes()))
         except FileNotFoundError:
             return None
-        except Exception as error:  # whatever a damaged file leads to
+        except Exception as error:  # of whatever type for a corrupted file
             return _warn(error)
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -78,7 +78,7 @@ class _Kept(FunctionCache):
 
 @cache
 def source_digest() -> str:
-    """A digest of all source files that compiled code is made of: those of this folder."""
+    """Return a digest of all source files of compiled code, those of this folder."""
     found = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         found.update(path.name.encode() + path.read_bytes())
@@ -86,7 +86,7 @@ def source_digest() -> str:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Write a file so that it is there wholly or not at all."""
+    """Write a file so that it is there completely or not at all."""
     unfinished = path.with_name(f"{path.name}.{uuid4().hex}")
     try:
         unfinished.write_bytes(content)
@@ -102,7 +102,7 @@ def _warnings_given() -> list[str]:
 
 
 def _warn(reason: Exception) -> None:
-    """Say once in a process that compiled code is not kept, or cannot be used."""
+    """Warn, once in a process, that compiled code is not cached or cannot be loaded."""
     if not _warnings_given():
         _warnings_given().append(str(reason))
         warnings.warn(

@@ -1,11 +1,11 @@
-"""The one compiled function of the project: tabular Q-learning on tables.
+"""The compiled kernel: tabular Q-learning on tables, independent of grids, directions and schedules.
 
-It knows nothing of grids, directions or schedules. Several periods are learned side by side (`lanes`), each on
-random numbers of its own (`behaviour`), so a period comes out the same whatever runs beside it. In every turn of the
-loop all agents decide (`behaviour`), then all move (`moving`), then all learn (`updating`).
+Several periods are learned side by side (`lanes`), each with a random stream of its own (`behaviour`), so the result of
+a period does not depend on the others. In every iteration of the loop all agents choose an action (`behaviour`), then
+all execute it (`moving`), then all learn (`updating`).
 
-Numba counts references to arrays. It leaves the counting out of a loop only if every array that a function gets is
-used last outside of any condition; that is why some values are computed first and dropped after.
+Numba counts references to arrays. It omits the counting in a loop only if the last use of every array that a function
+gets is outside of any condition; that is why some values are computed first and discarded afterwards.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from rl_design_space.learning.updating import keep, propagate, update
 
 
 class Rules(NamedTuple):
-    """What the learner does, as numbers."""
+    """Parameters of the learner and rewards."""
 
     alpha: float
     gamma: float
@@ -49,7 +49,7 @@ class Rules(NamedTuple):
     printed_update: bool
     printed_msa_reward: bool
     stop_at_sub_goal: bool
-    #: How many of the action lengths learn from a longer action that contains them.
+    #: Number of action lengths that learn from longer actions that contain them.
     propagated_lengths: int
     max_steps: int
 
@@ -60,25 +60,25 @@ def learn(
 ):  # fmt: skip
     """Learn periods, as many side by side as there are lanes.
 
-    The call returns when it has taken up all its periods and a lane falls free; what still runs goes on at the next
-    call, with these lanes and the same arguments but for `observation`, `first` and `drain`.
+    The call returns when all its periods have begun and a lane is free. The next call continues the periods that still
+    run, with the same lanes and arguments except `observation`, `first` and `drain`.
 
     Args:
         next_cell: (4, cells) int32, transition table.
-        lengths: 1 + m ints, the moves that an action of each length makes; the first is 1. A tuple, so that their
-            number, and with it the number of actions, is known when the function is compiled. Action a repeats move
-            a % 4 lengths[a // 4] times.
+        lengths: 1 + m ints, steps of the actions of each length; the first is 1. A tuple, so that their number, and
+            with it the number of actions, is known when the function is compiled. Action a repeats the step in
+            direction a % 4 lengths[a // 4] times.
         threshold: (trials,) uint64, ε · 2^32.
         rules: see `Rules`.
-        observation: (taken, n_goals, cells) int64, observation codes of the periods to take up.
+        observation: (taken, n_goals, cells) int64, observation codes of the periods to begin.
         first: number of the first of them.
         layout: (periods, 1 + n_goals) int32, start and goals of all periods, distinct in a period.
         generator: (periods, 4) uint64, initial states of the random generator.
-        lanes: see `Lanes`; changed.
-        drain: whether to go on until no period runs.
-        steps: (periods, trials) int32, written: primitive moves of every trial.
-        success: (periods, trials) bool, written: whether the final goal was reached.
-        rows: (periods, 2) int32, written: rows of the Q-matrix, and those of them that anything was learned for.
+        lanes: see `Lanes`; modified in place.
+        drain: whether to continue until no period runs.
+        steps: (periods, trials) int32, output: steps of every trial.
+        success: (periods, trials) bool, output: whether the final goal was reached.
+        rows: (periods, 2) int32, output: rows of the Q-matrix, and rows whose values learning has changed.
     """
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
@@ -93,7 +93,7 @@ def learn(
         lanes.q.ravel(),
         lanes.entries.ravel(),
     )
-    # One place more than lanes: see `sort_by_length`.
+    # One element more than lanes: see `sort_by_length`.
     order = np.empty(LANES + 1, dtype=np.int64)
     passed, rewards = lanes.passed.ravel(), lanes.rewards.ravel()
     observations = index(n_goals * cells)
@@ -113,7 +113,7 @@ def learn(
         if running == 0 or not (drain or running == len(lanes.q)):
             break
 
-        # Up to the next full vector: what the lanes that do not run work out is never used.
+        # Rounded up to full vectors: results of lanes that do not run are never used.
         wide = running if running <= FEW else (running + WIDTH - 1) // WIDTH * WIDTH
         draw(numbers, wide)
         choose(numbers, values, wide, lengths, rules)
@@ -142,7 +142,7 @@ def learn(
                 begin_trial(numbers, values, q, entries, lane, trial + 1, start, threshold, observations, lengths)
             else:
                 end_period(numbers, q, index(lane), observations, n_actions, rules.initial_q, rows, period)
-                # The last lane takes its place; it has had its turn.
+                # The last lane replaces it; in this loop it was processed before.
                 running -= 1
                 swap(numbers, values, lane, running)
     lanes.running[0] = running

@@ -1,4 +1,4 @@
-"""Starts and goals of a design point."""
+"""Layouts: starts and goals of the periods of a design point."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from rl_design_space.learning.streams import layouts
 
 
 def layouts_of(point: DesignPoint, periods: int | None = None) -> NDArray[np.int32]:
-    """Start and goals of each period: (periods, 1 + n_goals) cell numbers, distinct in a row.
+    """Return start and goals of each period: (periods, 1 + n_goals) cell numbers, distinct in a row.
 
     Args:
-        point: whose they are.
-        periods: how many of them, from the first; all if None.
+        point: the design point.
+        periods: number of periods, from the first; all if None.
 
     Raises:
-        ConfigError: the world has too few open cells, or does not yield them properly.
+        ConfigError: the world has too few open cells, or returns them in a wrong form.
     """
     cells = places(point)
     drawn = layouts(point.seed, len(cells), point.task.goals, point.task.periods if periods is None else periods)

@@ -1,6 +1,6 @@
-"""Measures: numbers and curves that are read off the periods of a point.
+"""Measures: numbers and curves that are computed from the periods of a point.
 
-The one table for recorded scalars, the values of reports (`--value`), claims (`measure:`) and summaries of curves.
+This table serves recorded scalars, the values of reports (`--value`), claims (`measure:`) and summaries of curves.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ OUTLIER = 10
 
 #: Names of the learning curves that are recorded for every point.
 CURVES = ("steps/mean", "steps/median", "success_rate")
-#: Names of those that are recorded on demand; the artifact of a run holds them anyway.
+#: Names of the learning curves that are recorded on demand; the artifact of a run always holds them.
 CURVES_ON_DEMAND = ("steps/q10", "steps/q90", "steps/over_optimum", "epsilon")
 #: Names of the recorded scalars, see `LearningCurves.scalars`.
 SCALARS = (
@@ -38,7 +38,7 @@ SCALARS = (
 
 
 class Periods(Protocol):
-    """What measures are read off, see `LearningCurves`."""
+    """Periods of a point, from which measures are computed, see `LearningCurves`."""
 
     @property
     def steps(self) -> NDArray[np.int32]:
@@ -72,7 +72,7 @@ class Periods(Protocol):
 
 
 class Measure(Protocol):
-    """A number that is read off the periods of a point."""
+    """A number that is computed from the periods of a point."""
 
     @property
     def meaning(self) -> str:
@@ -83,7 +83,7 @@ class Measure(Protocol):
         """Return the measure under each weighting of the periods.
 
         Args:
-            periods: of the point.
+            periods: periods of the point.
             weights: (resamples, periods), each row sums to 1; equal weights give the plain value.
 
         Returns:
@@ -92,7 +92,7 @@ class Measure(Protocol):
         ...
 
     def each(self, periods: Periods) -> FloatArray | None:
-        """Return (periods,) numbers whose mean is the measure; None if it is read off the mean curve."""
+        """Return (periods,) numbers whose mean is the measure; None if it is computed from the mean curve."""
         ...
 
 
@@ -118,7 +118,7 @@ class PeriodMeasure:
 
 @dataclass(frozen=True)
 class CurveMeasure:
-    """A number that is read off the mean curve, over periods, of steps / optimum.
+    """A number that is computed from the mean curve, over periods, of steps / optimum.
 
     Attributes:
         meaning: what it measures.
@@ -213,7 +213,7 @@ MEASURES: Mapping[str, Measure] = {
         lambda curves: np.abs(np.diff(np.log(curves), n=2, axis=-1)).mean(axis=-1),
     ),
 }
-#: Other names that a measure may be asked for by.
+#: Alternative names of measures.
 ALIASES = {"final_over_optimum": "final_steps_over_optimum"}
 #: Learning curves that are means over periods, by name, and (periods, trials) values that they are means of.
 CURVES_OF_PERIODS: Mapping[str, Callable[[Periods], NDArray[Any]]] = {

@@ -1,7 +1,7 @@
-"""What actions do: the agents of all lanes move, and look up what the Q-matrix says of where they have come to.
+"""Executing actions: the agents of all lanes move, and the row of the Q-matrix of their new observation is looked up.
 
-These are the loops that jump about in memory. They do little else, so that the processor reaches far ahead and has
-the next lanes' rows on the way while it waits for this one.
+These loops access memory at random. They do little else, so that the processor runs far ahead and loads the rows of
+the next lanes while it waits for this one.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _0, _1, _2, _3, _4 = (index(number) for number in range(5))
 
 @inlined
 def _step(numbers, lane, next_of, entries):
-    """Make one move; returns the entry that it leads to."""
+    """Make one step; return the entry that it leads to."""
     cell = index(next_of[(numbers[CELL + lane] << _2) + (numbers[ACTION + lane] & _3)])
     entry = index(entries[numbers[STAGE + lane] + cell])
     numbers[CELL + lane] = cell
@@ -43,14 +43,14 @@ def _step(numbers, lane, next_of, entries):
 
 @inlined
 def see(values, q, row, lane, lengths):
-    """Copy a row of the Q-matrix to where the lane's next decision looks."""
+    """Copy a row of the Q-matrix to the values that the lane's next decision reads."""
     for action in range(4 * len(lengths)):
         values[index(action * LANES) + lane] = q[row + index(action)]
 
 
 @inlined
 def maximum(q, row, n_actions):
-    """The largest value of a row of the Q-matrix, as a tree of comparisons: they are what an update waits for."""
+    """Return the maximum of a row of the Q-matrix, by a tree of comparisons: updates wait for them."""
     best = max(max(q[row], q[row + _1]), max(q[row + _2], q[row + _3]))
     for at in range(row + _4, row + n_actions, _4):
         best = max(best, max(max(q[at], q[at + _1]), max(q[at + _2], q[at + _3])))
@@ -59,7 +59,7 @@ def maximum(q, row, n_actions):
 
 @inlined
 def move_once(numbers, reals, values, q, running, next_of, entries, lengths):
-    """Execute the chosen actions, all of which are one move long, and see where that leads."""
+    """Execute the chosen actions, all of one step, and look up the rows that they lead to."""
     for place in range(running):
         lane = index(place)
         entry = _step(numbers, lane, next_of, entries)
@@ -69,11 +69,11 @@ def move_once(numbers, reals, values, q, running, next_of, entries, lengths):
 
 @inlined
 def sort_by_length(numbers, running, lengths, order):
-    """Order the lanes by how long their actions are: the processor foresees a loop that is as long as the last one."""
+    """Sort the lanes by the lengths of their actions: loops of equal length in a row are predicted by the processor."""
     sorted_lanes = 0
     for choice in range(len(lengths)):
         for lane in range(running):
-            # A lane in the wrong place is overwritten by the next one.
+            # An element that does not belong here is overwritten by the next one.
             order[sorted_lanes] = lane
             sorted_lanes += int(numbers[ACTION + index(lane)] >> _2 == index(choice))
 
@@ -82,13 +82,13 @@ def sort_by_length(numbers, running, lengths, order):
 def move_on(
     numbers, reals, q, running, next_of, entries, lengths, moves_of, rules, reward_of, cells, passed, rewards, order
 ):
-    """Execute the chosen actions move by move, in the order of `sort_by_length`: a goal counts wherever it is met."""
+    """Execute the chosen actions step by step, in the order of `sort_by_length`; goals passed on the way count."""
     for place in range(running):
         lane = index(order[place])
         row, action, stage = numbers[ROW + lane], numbers[ACTION + lane], numbers[STAGE + lane]
         cell = numbers[CELL + lane]
         length = moves_of[action >> _2]
-        # The return of a multi-step action by the letter of the paper: one term too many, all with the first reward.
+        # The return of a multi-step action as printed in the paper: one term too many, all with the first reward.
         printed = (length > 1) & rules.printed_msa_reward
         limit = min(length, rules.max_steps - np.int64(numbers[MOVES + lane]))
         passed[lane] = row

@@ -10,14 +10,14 @@ from rl_design_space.learning.compiled import compiled_and_kept
 
 
 def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Fewest primitive moves that solve each layout, the sum of its shortest legs.
+    """Return the fewest steps that solve each layout: the sum of its shortest legs.
 
     Args:
         next_cell: (4, cells) transition table of any deterministic world.
         layout: (periods, 1 + n_goals) start and goals.
 
     Returns:
-        (periods,) int32 moves.
+        (periods,) int32 steps.
 
     Raises:
         ConfigError: a goal cannot be reached.
@@ -32,7 +32,7 @@ def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> N
 
 @compiled_and_kept
 def _tours(next_cell, layout):
-    """Breadth-first search from every cell that a leg begins at, for all its legs at once; -1 where there is no way."""
+    """Search breadth-first from every cell where legs begin, for all its legs at once; -1 where there is no path."""
     cells = next_cell.shape[1]
     legs = layout.shape[1] - 1
     sources, targets = layout[:, :-1].copy().ravel(), layout[:, 1:].copy().ravel()
@@ -49,7 +49,7 @@ def _tours(next_cell, layout):
             distance[searched] = 0
             queue[0] = searched
             head, tail = 0, 1
-        # The search goes on where the last leg from here has left it.
+        # Continue the search of the previous leg from the same cell.
         while head < tail and distance[targets[leg]] < 0:
             cell = queue[head]
             head += 1

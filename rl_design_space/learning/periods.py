@@ -1,4 +1,4 @@
-"""Taking up periods and trials: what a lane begins with."""
+"""Beginning and ending periods and trials in a lane."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from rl_design_space.learning.moving import see
 
 @compiled
 def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
-    """Fill a lane's entries; returns how many rows its Q-matrix has.
+    """Fill the entries of a lane; return the number of rows of its Q-matrix.
 
-    A period meets at most n_goals · cells observations, however many codes there are. Their rows are numbered in the
-    order in which the codes first occur.
+    At most n_goals · cells observations occur in a period, however many codes there are. Rows are numbered in the order
+    in which the codes first occur.
     """
     mask = len(known_rows) - 1
     bits = 0
@@ -40,7 +40,7 @@ def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
     n_rows = 0
     for at in range(len(codes)):
         code = codes[at]
-        # Codes that follow each other get places that do.
+        # Consecutive codes get consecutive slots.
         slot = (code + (code >> bits) * 0x9E3779B1) & mask
         while known_rows[slot] >= 0 and known_codes[slot] != code:
             slot = (slot + 1) & mask
@@ -58,7 +58,7 @@ def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
             if goal != reached:
                 entries[at] |= OUT_OF_ORDER
             elif goal < n_goals - 1:
-                # What is seen there is seen with the success counter already raised.
+                # The observation on this cell is that with the incremented success counter.
                 entries[at] = entries[at + cells] | SUB_GOAL
             else:
                 entries[at] |= FINAL_GOAL
@@ -67,7 +67,7 @@ def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
 
 @compiled
 def begin_period(lanes, lane, period, codes, layout, state, n_actions, initial_q, rows):
-    """Give a lane its next period, with a fresh Q-matrix."""
+    """Begin a period in a lane, with a new Q-matrix."""
     home = np.int64(lanes.numbers[HOME + lane])
     first = home * lanes.q.shape[1]
     n_rows = _enter(codes, layout, first, n_actions, lanes.entries[home], lanes.known_codes, lanes.known_rows)
@@ -80,7 +80,7 @@ def begin_period(lanes, lane, period, codes, layout, state, n_actions, initial_q
 
 @compiled
 def end_period(numbers, q, lane, observations, n_actions, initial_q, rows, period):
-    """Count the rows of a lane's Q-matrix that anything was learned for."""
+    """Count the rows of a lane's Q-matrix whose values learning has changed."""
     first = np.int64(numbers[HOME + lane] * observations) * n_actions
     learned = 0
     for row in range(rows[period, 0]):
@@ -93,7 +93,7 @@ def end_period(numbers, q, lane, observations, n_actions, initial_q, rows, perio
 
 @compiled
 def begin_trial(numbers, values, q, entries, lane, trial, start, threshold, observations, lengths):
-    """Put a lane's agent back to the start."""
+    """Begin a trial: put the agent of a lane on the start."""
     stage = numbers[HOME + lane] * observations
     entry = index(entries[stage + start])
     numbers[TRIAL + lane] = trial
@@ -107,7 +107,7 @@ def begin_trial(numbers, values, q, entries, lane, trial, start, threshold, obse
 
 @compiled
 def swap(numbers, values, lane, last):
-    """Let two lanes change places."""
+    """Exchange two lanes."""
     columns = numbers.reshape(-1, LANES)
     for column in range(len(columns)):
         columns[column, lane], columns[column, last] = columns[column, last], columns[column, lane]

@@ -1,4 +1,4 @@
-"""The result of learning a design point: steps of every trial of every period, and what is read off them."""
+"""The result of learning a design point: steps of every trial of every period, and numbers computed from them."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ if TYPE_CHECKING:
 
     from rl_design_space.design import DesignPoint
 
-#: What a file keeps of a result: everything, or the learning curves alone.
+#: What a file holds of a result: everything, or the learning curves only.
 Kept = Literal["periods", "curves"]
-#: What the names of learning curves begin with in a file.
+#: Prefix of the names of learning curves in a file.
 _CURVE = "curve:"
 
 
 @dataclass(frozen=True, eq=False)
 class LearningCurves:
-    """The learning curves of one design point, all periods apart.
+    """The result of learning one design point, with each period separate.
 
     Attributes:
         steps: (periods, trials) int32, steps until the final goal; the step cap where it was missed.
         success: (periods, trials) bool, whether the final goal was reached.
         optimum: (periods,) int32, fewest steps possible.
-        rows: (periods, 2) int32, rows of the Q-matrix, one for each observation that a period can meet, and those of
-            them that anything was learned for: an action has another value than at the start.
+        rows: (periods, 2) int32, rows of the Q-matrix, one for each observation that can occur in the period, and rows
+            that learning has changed: an action has another value than initially.
         epsilon: (trials,) float64, the exploration schedule.
-        seconds: wall time of learning; NaN if it was not kept.
+        seconds: wall time of learning; NaN if it is not known.
         known_point: see `point`; None where the components of the point cannot be built.
     """
 
@@ -135,7 +135,7 @@ class LearningCurves:
         )
 
     def scalars(self, shape: tuple[int, int] | None = None) -> dict[str, float]:
-        """Return the numbers that are recorded of a point; those that do not exist are left out.
+        """Return the numbers that are recorded of a point; those that are not defined are left out.
 
         Args:
             shape: of the world, cells along x and y; that of the point if None.
@@ -164,7 +164,7 @@ class LearningCurves:
 
         Args:
             file: path or open file.
-            keep: `periods` for everything; `curves` for the learning curves alone, which cannot be loaded again.
+            keep: `periods` for everything; `curves` for the learning curves only, which cannot be loaded again.
             compress: whether to spend processor time on a smaller file: learning curves are written, too, and all
                 arrays are deflated.
         """
@@ -188,7 +188,7 @@ class LearningCurves:
             seconds: wall time of learning, if it is known.
 
         Raises:
-            LookupError: the file holds the learning curves alone.
+            LookupError: the file holds the learning curves only.
         """
         return cls.of_arrays(read_saved(file), point, seconds)
 

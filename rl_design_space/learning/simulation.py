@@ -1,4 +1,4 @@
-"""From a design point to its learning curves."""
+"""Simulating a design point: from its tables to its learning curves."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
 
-#: Observation codes made at a time, per thread: few enough to stay in the cache, enough that a call is worth its cost.
+#: Observation codes computed at a time per thread: few enough to stay in the cache, enough to make up for the call.
 _CODES_IN_FLIGHT = 24_000
-#: Bytes that the Q-matrices of all lanes of a thread may take, so that they stay in a processor's cache; lanes that
-#: it takes even so, lest every decision wait for the last one; and bytes that they may take at all.
+#: Maximum bytes of the Q-matrices of all lanes of a thread, so that they stay in the cache of the processor; number of
+#: lanes that are used even if they exceed it, because fewer would not hide latencies; maximum bytes for those.
 _CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
 
 
@@ -32,11 +32,11 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
     """Learn all periods of a design point.
 
     Args:
-        point: what to learn.
-        threads: how many learn at the same time; all available cores if None. The result does not depend on it.
+        point: the design point.
+        threads: number of threads that learn; all available cores if None. The result does not depend on it.
 
     Raises:
-        ConfigError: an option yields a table that does not fit its contract, or a goal cannot be reached.
+        ConfigError: an option returns a table that violates its contract, or a goal cannot be reached.
     """
     threads = threads or available_threads()
     learning = Learning(point, threads)
@@ -52,14 +52,14 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
 
 
 class Learning:
-    """The learning of one design point, which threads may join as long as there is something left to begin.
+    """The learning of one design point, which threads can join while periods are left to begin.
 
     Args:
-        point: what to learn.
-        threads: how many are expected. The result does not depend on it, nor on how many come.
+        point: the design point.
+        threads: expected number of threads. The result depends neither on it nor on the actual number.
 
     Raises:
-        ConfigError: as `simulate`.
+        ConfigError: an option returns a table that violates its contract, or a goal cannot be reached.
     """
 
     def __init__(self, point: DesignPoint, threads: int = 1) -> None:
@@ -79,20 +79,20 @@ class Learning:
         self._lock = Lock()
         self._working = 0
         self._error: BaseException | None = None
-        # No period at all: compiles, or loads what was compiled, outside the measured time.
+        # Without periods: this compiles, or loads compiled code, outside the measured time.
         self._learn(self._nothing, 0, empty_lanes(1, self._observations, self._tables.lengths), drain=True)
         self._started = self._ended = perf_counter()
 
     @property
     def has_work(self) -> bool:
-        """Whether there is something left to begin."""
+        """Whether periods are left to begin."""
         return bool(self._shares)
 
     def work(self) -> bool:
-        """Learn, together with all other threads that do, until nothing is left to begin.
+        """Learn, together with all other threads that call this, until no period is left to begin.
 
         Returns:
-            Whether all is done with this call: it is true once, for the last of the threads to end.
+            Whether this call has completed the learning: True once, for the last thread that ends.
         """
         with self._lock:
             if not self._shares:
@@ -113,15 +113,15 @@ class Learning:
         return last
 
     def stop(self) -> None:
-        """Begin nothing more, so that all threads end soon."""
+        """Begin no more periods, so that all threads end soon."""
         self._error = self._error or RuntimeError("learning was stopped")
         self._shares.clear()
 
     def curves(self) -> LearningCurves:
-        """The result, when all is done.
+        """Return the result, after the learning is complete.
 
         Raises:
-            Exception: whatever stopped the learning.
+            Exception: the error that stopped the learning.
         """
         if self._error:
             raise self._error
@@ -131,7 +131,7 @@ class Learning:
         )
 
     def _work(self) -> None:
-        """Take up shares until none is left; their periods overlap, so that no lane is empty in between."""
+        """Learn shares until none is left; their periods overlap, so that no lane is idle in between."""
         lanes = empty_lanes(self._lanes, self._observations, self._tables.lengths)
         while (share := _next(self._shares)) is not None:
             self._learn(observation_codes(self._point, self._layouts[share, 1:]), share.start, lanes, drain=False)
@@ -146,7 +146,7 @@ class Learning:
 
 
 def _next(shares: deque[slice]) -> slice | None:
-    """Take a share; asking first whether there is one would let another thread take it in between."""
+    """Take a share; None if there is none. Checking first would let another thread take it in between."""
     try:
         return shares.popleft()
     except IndexError:
@@ -154,14 +154,14 @@ def _next(shares: deque[slice]) -> slice | None:
 
 
 def _side_by_side(periods: int, threads: int, bytes_each: int) -> int:
-    """How many periods each thread learns at a time."""
+    """Return the number of lanes of each thread."""
     cached = min(LANES, _CACHED_BYTES // bytes_each)
     lanes = max(_ENOUGH_LANES, cached - cached % WIDTH)
     return max(1, min(lanes, _LARGEST_BYTES // bytes_each, -(-periods // threads)))
 
 
 def _shares(periods: int, threads: int, side_by_side: int, codes_each: int) -> list[slice]:
-    """Cut the periods into shares for threads that take the next one whenever they have a free lane.
+    """Split the periods into shares; a thread takes the next one when it has a free lane.
 
     The last shares are small, so that all threads end at about the same time, however long single periods take.
     """

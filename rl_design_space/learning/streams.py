@@ -1,8 +1,8 @@
-"""Where randomness comes from: one stream a period for its layout, one for the agent's behaviour.
+"""Random streams: for each period one for its layout and one for the agent's behaviour.
 
-The layout stream depends on seed and period alone, so all design points of equal size meet the same starts and
-goals (common random numbers) and can be compared in pairs. `SeedSequence` is the only part of NumPy's random
-machinery used, because its output is guaranteed never to change between versions.
+The layout stream depends on seed and period alone, so all design points of equal size have the same starts and goals
+(common random numbers) and comparisons are paired. `SeedSequence` is the only part of NumPy's random module in use,
+because its output is guaranteed never to change between versions.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _32 = np.uint64(32)
 
 
 def random_words(seed: int, stream: int, periods: int, count: int) -> NDArray[np.uint64]:
-    """Words of one stream of every period, (periods, count).
+    """Return words of one stream of every period, (periods, count).
 
-    Those of period p are `SeedSequence(seed, spawn_key=(p, stream)).generate_state(count, np.uint64)`, computed for
-    all periods at once: one at a time they would take as long as the learning.
+    The words of period p are `SeedSequence(seed, spawn_key=(p, stream)).generate_state(count, np.uint64)`, computed for
+    all periods at once: one by one, they would take as long as the learning.
     """
     pool = np.tile(np.random.SeedSequence(seed).pool[:, np.newaxis], periods)
-    # The pool of the seed alone has taken one hash for every word of it and one for every pair of them.
+    # The pool of the seed alone has used one hash for each of its words and one for each pair of them.
     constant = _INIT_A * pow(_MULTIPLIER_A, _POOL * _POOL, 2**32)
     for key in (np.arange(periods, dtype=np.uint32), np.full(periods, stream, dtype=np.uint32)):
         for at in range(_POOL):
@@ -48,14 +48,14 @@ def random_words(seed: int, stream: int, periods: int, count: int) -> NDArray[np
 
 
 def _hashed(words: Words, constant: int, multiplier: int) -> tuple[Words, int]:
-    """Words hashed as in SeedSequence, and the constant of the next hash."""
+    """Return words hashed as in SeedSequence, and the constant of the next hash."""
     following = constant * multiplier % 2**32
     product = (words ^ np.uint32(constant % 2**32)) * np.uint32(following)
     return product ^ (product >> np.uint32(16)), following
 
 
 def _distinct(words: NDArray[np.uint64], cells: int) -> NDArray[np.int32]:
-    """The first steps of a Fisher-Yates shuffle of the cells, one a word: (periods, count), distinct in a row."""
+    """Return the beginning of a Fisher-Yates shuffle of the cells: (periods, count), distinct in a row."""
     shuffled = np.empty(words.shape, dtype=np.int32)
     exchanged: list[tuple[NDArray[np.int32], NDArray[np.int32]]] = []
 
@@ -77,20 +77,20 @@ def _distinct(words: NDArray[np.uint64], cells: int) -> NDArray[np.int32]:
 
 @lru_cache(maxsize=32)
 def layouts(seed: int, cells: int, n_goals: int, periods: int) -> NDArray[np.int32]:
-    """Start and goals of every period: (periods, 1 + n_goals) int32 cell numbers, distinct in a row.
+    """Return start and goals of every period: (periods, 1 + n_goals) int32 cell numbers, distinct in a row.
 
-    With more goals, start and first goals of a period stay the same.
+    The start and the first goals of a period do not depend on the number of goals.
     """
     return _frozen(_distinct(random_words(seed, _LAYOUT, periods, 1 + n_goals), cells))
 
 
 @lru_cache(maxsize=32)
 def behaviour_states(seed: int, periods: int) -> NDArray[np.uint64]:
-    """Initial state of every period's generator: (periods, 4) uint64, for xoshiro256++."""
+    """Return the initial state of every period's generator: (periods, 4) uint64, for xoshiro256++."""
     return _frozen(random_words(seed, _BEHAVIOUR, periods, 4))
 
 
 def _frozen(array: NDArray[Scalar]) -> NDArray[Scalar]:
-    """Cached arrays are shared, so nobody may write to them."""
+    """Make an array read-only, because cached arrays are shared."""
     array.setflags(write=False)
     return array

@@ -1,4 +1,4 @@
-"""A design point as the tables that the kernel learns on."""
+"""The tables of a design point that the kernel learns on."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from rl_design_space.learning.kernel import Rules
 
 
 class Tables(NamedTuple):
-    """What all periods of a design point share.
+    """Tables that all periods of a design point share.
 
     Attributes:
         next_cell: (4, cells) int32, transitions.
         epsilon: (trials,) float64, probability of exploring.
-        threshold: (trials,) uint64, the same in steps of 2^-32.
-        lengths: moves of every action length, the first is 1.
-        rules: of the learner.
+        threshold: (trials,) uint64, epsilon · 2^32.
+        lengths: steps of the actions of each length; the first is 1.
+        rules: parameters of the learner, and rewards.
     """
 
     next_cell: NDArray[np.int32]
@@ -34,10 +34,10 @@ class Tables(NamedTuple):
 
 
 def learning_tables(point: DesignPoint) -> Tables:
-    """The tables of a point.
+    """Return the tables of a point.
 
     Raises:
-        ConfigError: an option yields a table of the wrong shape, type or range.
+        ConfigError: an option returns a table of the wrong shape, type or range.
     """
     epsilon = epsilons(point)
     threshold = np.rint(epsilon * COIN_SIDES).astype(np.uint64)

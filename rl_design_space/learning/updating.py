@@ -1,4 +1,4 @@
-"""What is learned from an action: one-step Q-learning, and the propagation of multi-step actions."""
+"""Learning from executed actions: one-step Q-learning, and propagation to the parts of multi-step actions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _0, _1, _2, _3 = (index(number) for number in range(4))
 
 @inlined
 def _updated(old, gain, discount, best_next, rules):
-    """A Q-value moved towards gain + discount · best_next."""
+    """Return a Q-value after an update towards gain + discount · best_next."""
     if rules.printed_update:
         return old + rules.alpha * (gain + discount * (best_next - old))
     return old + rules.alpha * (gain + discount * best_next - old)
@@ -42,13 +42,13 @@ def _updated(old, gain, discount, best_next, rules):
 
 @inlined
 def update(numbers, reals, values, running, cells, lengths, rules):
-    """Work out the chosen actions' new Q-values, and what the agents' next state is.
+    """Compute the new Q-values of the chosen actions, and the next states of the agents.
 
-    The best value of the next state is that from before this update. The last state bootstraps unless it is terminal;
-    the one at the step cap is not.
+    The best value of the next state is taken before this update. The target includes it unless the next state is
+    terminal; the state at the step cap is not terminal.
 
     Returns:
-        Whether any trial has ended, and whether any update has changed a value that an agent sees now.
+        Whether any trial has ended, and whether any update has changed a value of an agent's current row.
     """
     some_ended = some_seen = _0
     for lane in range(running):
@@ -65,7 +65,7 @@ def update(numbers, reals, values, running, cells, lengths, rules):
             gain = rules.sub_goal_reward if kind == SUB_GOAL else gain
             gain = rules.final_goal_reward if terminal else gain
             discount, made = rules.gamma, _1
-            # Without a condition: a store that depends on one is no vector instruction.
+            # Without a condition: conditional stores are not vectorised.
             numbers[STAGE + lane] += cells & (_0 - (kind >> _1))
         else:
             best_next, made = reals[BEST + lane], numbers[EXECUTED + lane]
@@ -89,7 +89,7 @@ def update(numbers, reals, values, running, cells, lengths, rules):
 
 @inlined
 def keep(numbers, reals, values, q, running, some_seen):
-    """Write the new Q-values into the Q-matrices, and where agents see them."""
+    """Write the new Q-values to the Q-matrices, and to the current rows that hold them."""
     for lane in range(running):
         q[numbers[UPDATED + index(lane)]] = reals[NEW + index(lane)]
     if some_seen:
@@ -99,7 +99,7 @@ def keep(numbers, reals, values, q, running, some_seen):
 
 @inlined
 def propagate(numbers, values, q, running, lengths, moves_of, rules, passed, rewards, order):
-    """Let the shorter actions contained in executed ones learn from the cells that these passed, in order of time."""
+    """Update the shorter actions that executed actions contain, from the cells passed, in order of time."""
     n_actions = index(4 * len(lengths))
     for place in range(running):
         lane = index(order[place])

@@ -1,4 +1,4 @@
-"""Which cells of a world can be reached from which, whatever its transitions are."""
+"""Reachability of cells in a world with any deterministic transitions."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 
 def reached_from(next_cell: NDArray[np.int32], start: int) -> NDArray[np.bool_]:
-    """(cells,) whether some moves lead from a cell to this one; the cell itself is reached.
+    """Return (cells,) whether each cell can be reached from a start; the start itself is reached.
 
     Args:
         next_cell: (4, cells) transition table.
-        start: the cell.
+        start: number of a cell.
     """
     reached = np.zeros(next_cell.shape[1], dtype=np.bool_)
     new = np.array([start])
@@ -23,11 +23,11 @@ def reached_from(next_cell: NDArray[np.int32], start: int) -> NDArray[np.bool_]:
 
 
 def leading_to(next_cell: NDArray[np.int32], goal: int) -> NDArray[np.bool_]:
-    """(cells,) whether some moves lead from this cell to another one; the cell itself does.
+    """Return (cells,) whether a goal can be reached from each cell; from the goal itself it can.
 
     Args:
         next_cell: (4, cells) transition table.
-        goal: the other cell.
+        goal: number of a cell.
     """
     leading = np.zeros(next_cell.shape[1], dtype=np.bool_)
     leading[goal], count = True, 0
@@ -37,7 +37,7 @@ def leading_to(next_cell: NDArray[np.int32], goal: int) -> NDArray[np.bool_]:
 
 
 def missing_way(next_cell: NDArray[np.int32], cells: NDArray[np.int32]) -> tuple[int, int] | None:
-    """Two of these cells with no way from the first to the second; None if all can be reached from all.
+    """Return two cells with no path from the first to the second; None if every cell can be reached from every other.
 
     Args:
         next_cell: (4, cells) transition table.

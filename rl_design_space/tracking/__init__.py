@@ -1,4 +1,15 @@
-"""Tracking: learning curves into MLflow, and runs back out of it."""
+"""Tracking: recording learning curves in MLflow, and reading runs back.
+
+How a result gets into the store:
+
+    command                                              tracker process
+    MlflowTracker.record ──Record──> Spool (on disk) ──> Delivery ──> StoreWriter ──> MLflow
+    BackgroundDelivery ──TrackerProcess──────────────────^ process.main
+
+`BackgroundDelivery` keeps the process running and notices which records have left the spool; `Delivery` decides what to
+retry and what to quarantine; `StoreWriter` writes one record, and may be interrupted anywhere. `rl-design-space sync`
+runs a `Delivery` in its own process.
+"""
 
 from rl_design_space.tracking.backends import MlflowTracking, NoTracking, Tracking
 

@@ -1,4 +1,4 @@
-"""Where results are recorded: the address of an MLflow tracking store."""
+"""The address of an MLflow tracking store."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ SQLITE = "sqlite:///"
 
 @dataclass(frozen=True)
 class StoreAddress:
-    """Where results are recorded.
+    """A tracking store and the experiments in it that results are recorded in.
 
     Attributes:
-        uri: of the tracking store.
+        uri: URI of the tracking store.
         experiment: name of the experiment that holds the design points.
         sweeps: name of the experiment that holds a summary run for each sweep.
     """
@@ -24,21 +24,21 @@ class StoreAddress:
 
     @property
     def is_server(self) -> bool:
-        """Whether it is a tracking server, not a database."""
+        """Whether the store is a tracking server, not a database."""
         return is_server(self.uri)
 
 
 def is_server(uri: str) -> bool:
-    """Whether a URI is that of a tracking server."""
+    """Return whether a URI is that of a tracking server."""
     return uri.startswith(("http:", "https:", "databricks"))
 
 
 def sqlite_path(uri: str) -> Path | None:
-    """The database file that a SQLite URI names, absolute; None for any other store."""
+    """Return the absolute path of the database file that a SQLite URI names; None for any other URI."""
     return Path(uri.removeprefix(SQLITE)).absolute() if uri.startswith(SQLITE) else None
 
 
 def absolute(uri: str) -> str:
-    """The same store, from whatever folder."""
+    """Return a URI that names the same store from any working directory."""
     path = sqlite_path(uri)
     return f"{SQLITE}{path}" if path else uri

@@ -1,4 +1,4 @@
-"""Where results are recorded, as chosen in conf/tracking. Nothing here imports MLflow until a tracker is opened."""
+"""The options of `tracking=…`: where results are recorded. MLflow is not imported before it is needed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rl_design_space.tracking.address import StoreAddress, absolute
 from rl_design_space.tracking.tracker import NullTracker, Tracker
 
 if TYPE_CHECKING:
-    from rl_design_space.tracking.courier import Courier
+    from rl_design_space.tracking.background import BackgroundDelivery
     from rl_design_space.tracking.read import RunReader
 
 
@@ -38,13 +38,13 @@ def _tracking_uri(uri: str) -> str:
 
 @runtime_checkable
 class Tracking(Protocol):
-    """A choice of where to record."""
+    """An option of `tracking=…`."""
 
     def open(self, command: str = "rl-design-space") -> Tracker:
-        """Make ready to record.
+        """Return a tracker.
 
         Args:
-            command: that is recorded as the source of the runs.
+            command: recorded as the source of the runs.
 
         Raises:
             ConfigError: the store cannot be used.
@@ -52,27 +52,27 @@ class Tracking(Protocol):
         ...
 
     def reader(self) -> RunReader:
-        """Make ready to read what was recorded.
+        """Return a reader of the recorded runs.
 
         Raises:
-            ConfigError: there is nothing to read.
+            ConfigError: nothing was recorded.
         """
         ...
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class MlflowTracking:
-    """MLflow, by the URI of its tracking store.
+    """Recording in an MLflow tracking store.
 
     Attributes:
-        uri: `sqlite:///path`, `postgresql://…`, `http://…`; without a password.
+        uri: URI of the store: `sqlite:///path`, `postgresql://…`, `http://…`; without a password.
         experiment: name of the experiment that holds the design points.
         sweeps: name of the experiment that holds a summary run for each sweep.
-        spool: folder that keeps results until the store has them.
-        patience: seconds to wait for a store that takes nothing, before results are left to `rl-design-space sync`.
-        curves: learning curves recorded beside those that always are.
-        every: trials from one recorded value of a curve to the next.
-        artifact: what the artifact of a run keeps: every trial of all periods and all curves, or the curves alone.
+        spool: folder of the pending records: results that are not in the store yet.
+        patience: seconds to wait for a store that accepts nothing, before results are left to `rl-design-space sync`.
+        curves: names of learning curves to record in addition to those that always are.
+        every: number of trials from one recorded value of a curve to the next.
+        artifact: what the artifact of a run holds: every trial of all periods and all curves, or the curves alone.
     """
 
     uri: Annotated[str, AfterValidator(_tracking_uri)]
@@ -86,10 +86,10 @@ class MlflowTracking:
 
     @property
     def address(self) -> StoreAddress:
-        """The store, from whatever folder."""
+        """The store, by a URI that is valid in any working directory."""
         return StoreAddress(absolute(self.uri), self.experiment, self.sweeps)
 
-    def open(self, command: str = "rl-design-space", courier: Courier | None = None) -> Tracker:
+    def open(self, command: str = "rl-design-space", delivery: BackgroundDelivery | None = None) -> Tracker:
         from rl_design_space.tracking.mlflow_tracker import MlflowTracker
 
         return MlflowTracker(
@@ -101,7 +101,7 @@ class MlflowTracking:
             curves=self.curves,
             every=self.every,
             keep=self.artifact,
-            courier=courier,
+            delivery=delivery,
         )
 
     def reader(self) -> RunReader:
@@ -112,7 +112,7 @@ class MlflowTracking:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class NoTracking:
-    """Nothing is recorded."""
+    """Recording nothing."""
 
     def open(self, command: str = "rl-design-space") -> Tracker:
         return NullTracker()

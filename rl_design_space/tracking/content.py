@@ -1,4 +1,4 @@
-"""What a run of a design point holds, worked out from its record, ready for any store."""
+"""What the run of a design point holds, derived from its record."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class RunContent:
     """Metrics and files of a run.
 
     Attributes:
-        metrics: as (name, value, step), all finite.
-        artifacts: files by name.
+        metrics: (name, value, step) of each, all values finite.
+        artifacts: contents of files by name.
     """
 
     metrics: list[tuple[str, float, int]]
@@ -33,30 +33,37 @@ class RunContent:
 
 
 def content_of(record: Record) -> RunContent:
-    """What a point's run holds beside its params and tags.
+    """Return what a point's run holds beside its params and tags.
 
     Raises:
         KeyError: the record is not that of a point.
     """
-    told, learned = record.content, result_of(record)
+    content, learned = record.content, result_of(record)
     artifacts = {
-        CONFIG_FILE: config_file(told["command"], told["config"]),
-        PERIODS_FILE: periods_file(learned, told["keep"]),
+        CONFIG_FILE: config_file(content["command"], content["config"]),
+        PERIODS_FILE: periods_file(learned, content["keep"]),
     }
-    return RunContent(metrics(learned, told["scalars"], told["curves"], told["every"]), artifacts)
+    return RunContent(metrics(learned, content["scalars"], content["curves"], content["every"]), artifacts)
 
 
 def metrics(
     learned: LearningCurves, scalars: Mapping[str, float], on_demand: Iterable[str], every: int = 1
 ) -> list[tuple[str, float, int]]:
-    """Scalars at step 0 and learning curves at step = trial; only finite values.
+    """Return the finite values of scalars, at step 0, and of learning curves, at step = trial.
 
-    Of a curve, every so many trials are taken, and the last one.
+    Args:
+        learned: the result.
+        scalars: values by name.
+        on_demand: names of curves in addition to `measures.CURVES`.
+        every: number of trials from one value of a curve to the next; the last trial is always included.
+
+    Returns:
+        (name, value, step) of each.
     """
-    found = learned.curves
+    all_curves = learned.curves
     points = [(name, value, 0) for name, value in scalars.items()]
     for name in dict.fromkeys((*CURVES, *on_demand)):
-        curve = found[name].tolist()
+        curve = all_curves[name].tolist()
         trials = sorted({*range(0, len(curve), every), len(curve) - 1})
         points += [(name, curve[trial], trial) for trial in trials]
     numbers = [(name, values.metric(value), step) for name, value, step in points]
@@ -64,7 +71,7 @@ def metrics(
 
 
 def config_file(command: str, config: Mapping[str, Any]) -> bytes:
-    """The resolved config, every value written out, under the command that runs the point."""
+    """Return the resolved config as YAML, below a comment with the command that runs the point."""
     return f"# {command}\n{yaml.safe_dump(config, sort_keys=False, allow_unicode=True)}".encode()
 
 

@@ -1,4 +1,4 @@
-"""Tracked runs in Python: what was recorded, as pandas and NumPy have it.
+"""Recorded runs as pandas frames and NumPy arrays.
 
 import rl_design_space as rds
 
@@ -23,7 +23,7 @@ from rl_design_space.tracking.tracker import StoredRun
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Where a frame says which store it was loaded from.
+#: Attribute of a frame that names the store it was loaded from.
 _STORE = "store"
 
 
@@ -35,21 +35,21 @@ def load_runs(
     uri: str | None = None,
     experiment: str = "design points",
 ) -> pd.DataFrame:
-    """Complete runs, a row each, by their ids.
+    """Return the complete runs, a row for each, by run id.
 
     Args:
-        study: whose runs, if not all.
-        filter: of MLflow's search, that they should fulfil: `params.reward = 'end_reward'`.
+        study: return only the runs of this study.
+        filter: return only the runs that match this filter of MLflow's search: `params.reward = 'end_reward'`.
         outputs: folder that commands wrote into.
         uri: of the store, if it is not the database in that folder.
-        experiment: that holds the runs.
+        experiment: name of the experiment that holds the runs.
 
     Returns:
         Columns `name`, `fingerprint`, `studies`, `started`, `ended`, `artifacts`; a column for each choice, under its
         name on the command line, numbers as numbers; and the scalars, see `LearningCurves.scalars`.
 
     Raises:
-        ConfigError: there is no such store, experiment or study, or it is no filter.
+        ConfigError: there is no such store, experiment or study, or the filter is not valid.
     """
     options = MlflowTracking(uri=uri or f"sqlite:///{outputs}/mlflow.db", experiment=experiment)
     frame = options.reader().frame(study, filter)
@@ -58,37 +58,37 @@ def load_runs(
 
 
 def load_curves(runs: pd.DataFrame, names: Iterable[str] = ("steps/mean",)) -> pd.DataFrame:
-    """Learning curves of some of these runs: `run_id`, `trial`, and a column for each of the names.
+    """Return learning curves of runs, a row for each run and trial: `run_id`, `trial`, and a column for each name.
 
     Args:
-        runs: as `load_runs` returns them, or some of the rows.
-        names: of the curves, see `LearningCurves.curves`.
+        runs: rows of a frame that `load_runs` returned.
+        names: names of curves, see `LearningCurves.curves`.
 
     Raises:
-        ConfigError: there is no such curve, or these are not such runs.
+        ConfigError: there is no such curve, or the frame does not come from `load_runs`.
     """
     return _reader(runs).curves(runs, names)
 
 
 def load_periods(runs: pd.DataFrame, run_id: str) -> dict[str, NDArray[Any]]:
-    """Everything that was recorded of a run.
+    """Return the arrays that were recorded for a run.
 
     Args:
-        runs: as `load_runs` returns them.
-        run_id: of one of them.
+        runs: a frame that `load_runs` returned.
+        run_id: index of one of its rows.
 
     Returns:
         `steps` and `success` (periods, trials), `optimum` (periods,), `rows` (periods, 2), and every curve (trials,).
 
     Raises:
-        ConfigError: it is none of these runs.
+        ConfigError: the run is not in the frame.
     """
     if run_id not in runs.index:
-        raise ConfigError(f"{run_id}: none of these {len(runs):,} runs")
+        raise ConfigError(f"{run_id}: no such run among these {len(runs):,}")
     return _reader(runs).periods(StoredRun(run_id, artifacts=str(runs.loc[run_id, "artifacts"])))
 
 
 def _reader(runs: pd.DataFrame) -> RunReader:
     if _STORE not in runs.attrs:
-        raise ConfigError("these runs do not say where they are from: take rows of what load_runs returns")
+        raise ConfigError("the frame does not name its store: use rows of a frame that load_runs returned")
     return MlflowTracking(**runs.attrs[_STORE]).reader()

@@ -1,4 +1,4 @@
-"""Which design points are being learned at the moment, among all processes that record into one store."""
+"""Locks on design points, shared by all processes that record into one store."""
 
 from __future__ import annotations
 
@@ -12,39 +12,43 @@ from tempfile import gettempdir
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import sqlite_path
 
-#: A digest in hexadecimal digits, and the end of its line.
+#: Bytes of a line of the journal: a digest in hexadecimal digits, and the end of the line.
 _LINE = 65
 
 
-class Claims:
-    """Points that processes of this machine have taken upon themselves, and those that they have recorded.
+class PointLocks:
+    """Locks on points and sweeps among the processes of this machine, and a journal of recorded points.
 
-    A claim is a lock on one byte of a file, at a place that follows from the point's fingerprint. The system lets go of
-    it when the process ends, however it ends: no claim is ever left behind. The file's content is a journal, to which
-    each process adds the fingerprint of a point right before its run counts as finished.
+    A lock is a POSIX lock on one byte of a file, at an offset that follows from the name. The operating system releases
+    it when the process ends, however it ends, so no stale lock is left behind. The content of the file is the journal:
+    each process appends the fingerprint of a point right before the run of the point counts as finished.
 
-    Claims are a process's; one object a file and process is enough, see `claims_at`.
+    Locks belong to the process, and closing any descriptor of the file releases all of them: use one object for each
+    file and process, see `locks_at`.
+
+    Args:
+        path: the file; it and its folder are created if missing.
     """
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._path = path
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
-        self._mine: set[str] = set()
-        self._read = 0
+        self._held: set[str] = set()
+        self._journal_offset = 0
         self._recorded: set[str] = set()
-        self.forget()
+        self.skip_journal()
 
-    def take(self, name: str) -> bool:
-        """Claim a name; False if anybody has it, this process included.
+    def acquire(self, name: str) -> bool:
+        """Lock a name; return False if it is locked, by this process or another one.
 
         Raises:
-            ConfigError: the file lies where there are no locks, as on some network file systems.
+            ConfigError: the file is on a file system without locks, as some network file systems are.
         """
-        if name in self._mine:
+        if name in self._held:
             return False
         try:
-            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _place(name))
+            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _offset(name))
         except (BlockingIOError, PermissionError):  # which of them depends on the system
             return False
         except OSError as error:
@@ -52,46 +56,55 @@ class Claims:
                 f"{self._path}: files cannot be locked here ({error.strerror}); keep the store on a local disk, "
                 "or use a tracking server"
             ) from error
-        self._mine.add(name)
+        self._held.add(name)
         return True
 
     def release(self, name: str) -> None:
-        """Give up a claim."""
-        if name in self._mine:
-            self._mine.remove(name)
-            fcntl.lockf(self._file, fcntl.LOCK_UN, 1, _place(name))
+        """Release a lock if this process holds it."""
+        if name in self._held:
+            self._held.remove(name)
+            fcntl.lockf(self._file, fcntl.LOCK_UN, 1, _offset(name))
 
-    def announce(self, fingerprint: str) -> None:
-        """Note in the journal that a point's run is about to be finished."""
+    def add_to_journal(self, fingerprint: str) -> None:
+        """Append a point to the journal; call it right before its run is marked as finished."""
         os.write(self._file, f"{fingerprint}\n".encode())
 
-    def announced(self, fingerprint: str) -> bool:
-        """Whether any process has noted this point since `forget` was called."""
-        while lines := os.pread(self._file, _LINE * 1024, self._read):
-            self._read += len(lines)
+    def in_journal(self, fingerprint: str) -> bool:
+        """Return whether any process has added a point to the journal since `skip_journal` was called."""
+        while lines := os.pread(self._file, _LINE * 1024, self._journal_offset):
+            self._journal_offset += len(lines)
             self._recorded.update(lines.decode().split())
         return fingerprint in self._recorded
 
-    def forget(self) -> None:
-        """Begin to watch the journal from here."""
-        self._read = os.fstat(self._file).st_size
+    def skip_journal(self) -> None:
+        """Ignore what the journal holds so far."""
+        self._journal_offset = os.fstat(self._file).st_size
         self._recorded.clear()
 
 
-def claims_path(uri: str) -> Path:
-    """Beside a SQLite database; for other stores, where all processes of the user on this machine find it."""
+def locks_path(uri: str, shared: Path | None = None) -> Path:
+    """Return the file that holds the locks of a store.
+
+    Args:
+        uri: URI of the store.
+        shared: folder for the locks of stores that are no SQLite files; the system's folder of temporary files if None.
+
+    Returns:
+        A file beside a SQLite database; for any other store, one where all processes of the user on this machine find
+        it.
+    """
     if database := sqlite_path(uri):
         return database.with_name(f"{database.name}.claims")
     store = hashlib.sha256(uri.encode()).hexdigest()[:16]
-    return Path(gettempdir()) / f"rl-design-space-{os.getuid()}" / f"{store}.claims"
+    return (shared or Path(gettempdir())) / f"rl-design-space-{os.getuid()}" / f"{store}.claims"
 
 
 @cache
-def claims_at(path: Path) -> Claims:
-    """The claims of this process in a file: closing a second descriptor of the file would give them up."""
-    return Claims(path)
+def locks_at(path: Path) -> PointLocks:
+    """Return this process's only `PointLocks` of a file."""
+    return PointLocks(path)
 
 
-def _place(name: str) -> int:
-    """Where in the file the lock lies: 62 bits, so that two names meet once in 10^18."""
+def _offset(name: str) -> int:
+    """Return the offset of a lock in the file: 62 bits, so that two names collide once in 10^18."""
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:8]) >> 2

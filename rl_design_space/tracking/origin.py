@@ -1,4 +1,4 @@
-"""Who records, and with which code."""
+"""Tags that say who recorded a run, and with which code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rl_design_space.tracking import values
 
 
 def origin_tags(command: str) -> dict[str, str]:
-    """Tags for the runs that a command records; MLflow's client alone does not fill these in."""
+    """Return the tags of the runs that a command records; MLflow's client does not set them by itself."""
     tags = {
         "rl_design_space.version": __version__,
         "rl_design_space.host": platform.node(),
@@ -25,8 +25,8 @@ def origin_tags(command: str) -> dict[str, str]:
         tags["mlflow.user"] = getpass.getuser()
     checkout = CONF.parent
     if (checkout / ".git").exists() and shutil.which("git"):
-        question = ["git", "-C", str(checkout), "rev-parse", "HEAD"]
-        asked = subprocess.run(question, capture_output=True, text=True, check=False)
-        if asked.returncode == 0:
-            tags["mlflow.source.git.commit"] = asked.stdout.strip()
+        command_line = ["git", "-C", str(checkout), "rev-parse", "HEAD"]
+        process = subprocess.run(command_line, capture_output=True, text=True, check=False)
+        if process.returncode == 0:
+            tags["mlflow.source.git.commit"] = process.stdout.strip()
     return tags

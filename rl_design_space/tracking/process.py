@@ -1,4 +1,4 @@
-"""The tracker process: it delivers a spool while the process that started it lives, and lets others learn first."""
+"""The tracker process: it delivers a spool while the process that started it lives."""
 
 from __future__ import annotations
 
@@ -13,84 +13,84 @@ from threading import Event, Thread
 from filelock import Timeout
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.pace import CALM, HURRY
+from rl_design_space.tracking.delivery import Delivery
 from rl_design_space.tracking.spool import Spool
-from rl_design_space.tracking.writer import Writer
+from rl_design_space.tracking.tracker_process import BACKGROUND, FOREGROUND
 
-#: How much lower the priority is while others learn: as low as it gets. Where all cores learn, what is left over, and
-#: a seventieth of one core, has to do.
+#: Niceness in the background: the lowest priority there is. Where all cores learn, it leaves the tracker process idle
+#: time and a seventieth of one core.
 _NICENESS = 19
 
 
 def main() -> None:
-    """Deliver the spool that is named on the command line until standard input ends.
+    """Deliver the spool that the command line names, until standard input ends.
 
-    The pace follows, `HURRY` or `CALM`; lines of the input say when it changes. What is told goes to standard output, a
-    line of JSON each: `{"trouble": "…"}`, or null when the store is open and all is well, and `{"unusable": "…"}`
-    before giving up.
+    The second argument is the priority, `foreground` or `background`; a line of standard input with either word changes
+    it. Messages go to standard output, a line of JSON each: `{"problem": "…"}` says what is wrong with the store, with
+    null when it is open and nothing is wrong; `{"unusable": "…"}` says why the process gives up.
     """
     # Signals are meant for the process that started this one, which ends it by closing its input.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    ended, hurried = Event(), Event()
-    if sys.argv[2] == HURRY:
-        hurried.set()
-    Thread(target=_watch_input, args=(ended, hurried), daemon=True).start()
+    ended, foreground = Event(), Event()
+    if sys.argv[2] == FOREGROUND:
+        foreground.set()
+    Thread(target=_watch_input, args=(ended, foreground), daemon=True).start()
     Thread(target=_watch_parent, args=(ended,), daemon=True).start()
     spool = Spool(Path(sys.argv[1]))
     while not ended.is_set():
         try:
-            # Whoever delivers now delivers for all; to wait for it costs nothing, for nothing is imported yet.
+            # One process delivers for all. Waiting for it costs nothing, because nothing is imported yet.
             with spool.lock.acquire(timeout=1):
-                _deliver(Writer(spool, lambda trouble: _say(trouble=trouble), ended), ended, hurried)
+                _deliver(Delivery(spool, lambda problem: _send(problem=problem), ended), ended, foreground)
         except Timeout:
             continue
         except ConfigError as error:
-            _say(unusable=str(error))
+            _send(unusable=str(error))
             return
 
 
-def _deliver(writer: Writer, ended: Event, hurried: Event) -> None:
-    """Deliver at one priority or the other. One that was lowered cannot be raised, so two threads take turns."""
-    with ThreadPoolExecutor(1, initializer=_lower_priority) as calm:
+def _deliver(delivery: Delivery, ended: Event, foreground: Event) -> None:
+    """Deliver in one of two threads: a priority that was lowered cannot be raised again."""
+    with ThreadPoolExecutor(1, initializer=_lower_priority) as background:
         while not ended.is_set():
-            calm.submit(writer.run_until, hurried.is_set).result()
-            writer.run_until(lambda: not hurried.is_set())
-    writer.leave()
+            background.submit(delivery.run_while, lambda: not foreground.is_set()).result()
+            delivery.run_while(foreground.is_set)
+    delivery.deliver_summaries()
 
 
 def _lower_priority() -> None:
-    if sys.platform == "linux":  # elsewhere it is the priority of all threads
+    if sys.platform == "linux":  # elsewhere, niceness is a property of the whole process
         os.nice(_NICENESS)
 
 
-def _watch_input(ended: Event, hurried: Event) -> None:
+def _watch_input(ended: Event, foreground: Event) -> None:
     for line in sys.stdin:
-        if line.strip() == HURRY:
-            hurried.set()
-        elif line.strip() == CALM:
-            hurried.clear()
+        if line.strip() == FOREGROUND:
+            foreground.set()
+        elif line.strip() == BACKGROUND:
+            foreground.clear()
     ended.set()
 
 
 def _watch_parent(ended: Event) -> None:
-    """The input may outlive the process that started this one: others can have inherited its other end."""
+    """End when the parent process does: the input may stay open, because other processes can have inherited it."""
     parent = os.getppid()
     while not ended.wait(1):
         if os.getppid() != parent:
             ended.set()
 
 
-def _say(**message: str | None) -> None:
+def _send(**message: str | None) -> None:
     try:
         print(json.dumps(message), flush=True)
     except BrokenPipeError:
-        # Nobody listens any more; what is left to do is in the spool. The descriptor stays in use: SQLite would get a
-        # free one for the database and close it again, being a standard one, by which the process loses all its locks.
+        # The parent has ended; what is left to do is in the spool. The descriptor must stay in use: SQLite would get a
+        # free one for the database and close it again, being a standard one, and the process would lose all its locks.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":
     main()
-    # All is on disk, in the store, or told. To take MLflow's modules apart takes half a second that somebody waits for.
+    # Everything is on disk, in the store, or sent. Python would spend half a second on unloading MLflow's modules.
     os._exit(0)

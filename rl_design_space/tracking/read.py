@@ -1,4 +1,4 @@
-"""Tracked runs, read back."""
+"""Readers of recorded runs."""
 
 from __future__ import annotations
 
@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
-from rl_design_space.tracking.cache import cached
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
-from rl_design_space.tracking.queries import source_of
-from rl_design_space.tracking.record import STUDY_TAG
+from rl_design_space.tracking.queries import queries_of
 from rl_design_space.tracking.run_frame import filtered, frame_of, of_study
+from rl_design_space.tracking.tags import STUDY_TAG
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
@@ -30,27 +29,27 @@ Read = TypeVar("Read")
 
 
 class Reader(Protocol):
-    """Reads complete runs of design points."""
+    """A reader of complete runs of design points."""
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
-        """The complete runs among these points, by fingerprint."""
+        """Return the complete runs among these points, by fingerprint."""
         ...
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
-        """The arrays of a run's artifact: `steps` and `success` (periods, trials), `optimum`, `rows`, every curve."""
+        """Return the arrays of a run: `steps` and `success` (periods, trials), `optimum`, `rows`, every curve."""
         ...
 
     def link(self, ui: str, study: str) -> str:
-        """Address of a study's runs in an MLflow UI."""
+        """Return the address of a study's runs in an MLflow UI."""
         ...
 
     def attach(self, study: str, paths: Sequence[Path]) -> None:
-        """Keep files with the summary run of the last sweep that a study belongs to, if there is one."""
+        """Add files to the summary run of the last sweep of a study, if there is one."""
         ...
 
 
 class NoRuns:
-    """Stands for a reader where a report needs no runs."""
+    """A reader without runs, for reports that need none."""
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         return {}
@@ -66,7 +65,10 @@ class NoRuns:
 
 
 class RunReader:
-    """Reads complete runs of design points from an MLflow experiment.
+    """A reader of the complete runs of design points in an MLflow experiment.
+
+    Args:
+        address: of the store.
 
     Raises:
         ConfigError: there is no such store or experiment.
@@ -78,35 +80,33 @@ class RunReader:
         if database and not database.exists():
             raise ConfigError.at("tracking.uri", address.uri, "no run has been recorded there yet")
         self._address = address
-        self._source = source_of(address)
-        self._experiment = self._source.experiment
+        self._queries = queries_of(address)
+        self._experiment = self._queries.experiment
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
-        """The complete runs among these points, by fingerprint."""
-        return self._source.finished(fingerprints)
+        """Return the complete runs among these points, by fingerprint."""
+        return self._queries.finished(fingerprints)
 
     def frame(self, study: str | None = None, filter: str | None = None) -> pd.DataFrame:  # noqa: A002
-        """A tidy frame of runs, see `runs.frame_of`.
+        """Return a tidy frame of runs, see `run_frame.frame_of`.
 
         Args:
-            study: whose runs, if not all.
-            filter: of MLflow's search, that they should fulfil.
+            study: return only the runs of this study.
+            filter: return only the runs that match this filter of MLflow's search.
 
         Raises:
-            ConfigError: there is no such study, or it is no filter.
+            ConfigError: there is no such study, or the filter is not valid.
         """
-        if filter is None:
-            frame = cached(self._address, lambda: frame_of(self._source.runs()))
-        else:
-            frame = frame_of(filtered(self._source.runs(), filter))
+        found = self._queries.runs()
+        frame = frame_of(found if filter is None else filtered(found, filter))
         return frame if study is None else of_study(frame, study)
 
     def curves(self, runs: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
-        """Learning curves of runs, a row a run and trial: `run_id`, `trial`, and a column for each of the names.
+        """Return learning curves of runs, a row for each run and trial: `run_id`, `trial`, and a column for each name.
 
         Args:
-            runs: a frame of them.
-            names: of the curves, see `learning.measures`.
+            runs: a frame of runs.
+            names: names of curves, see `learning.measures`.
 
         Raises:
             ConfigError: there is no such curve.
@@ -126,18 +126,20 @@ class RunReader:
         return table[["run_id", "trial", *names]]
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
-        """The arrays of a run's artifact."""
+        """Return the arrays of a run's artifact."""
         return self._artifact(run, PERIODS_FILE, read_saved)
 
     def config(self, run: StoredRun) -> str:
-        """The resolved config of a run, as YAML."""
+        """Return the resolved config of a run, as YAML."""
         return self._artifact(run, CONFIG_FILE, lambda path: path.read_text(encoding="utf-8"))
 
     def link(self, ui: str, study: str) -> str:
+        """Return the address of a study's runs in an MLflow UI."""
         wanted = urlencode({"searchFilter": f'tags."{STUDY_TAG}{study}" = "true"'}, quote_via=quote)
         return f"{ui.rstrip('/')}/#/experiments/{self._experiment}/runs?{wanted}"
 
     def attach(self, study: str, paths: Sequence[Path]) -> None:
+        """Add files to the summary run of the last sweep of a study, if there is one."""
         sweeps = self._client.get_experiment_by_name(self._address.sweeps)
         if sweeps is None:
             return

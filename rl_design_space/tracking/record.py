@@ -1,13 +1,13 @@
-"""What is kept of a design point until the store has it: plain values, and the result as it was learned.
+"""The record of a design point: plain values, and its result.
 
-Threads that learn have to share their process with whoever makes a record, so this does no more than it must; what the
-store is told is worked out by who tells it, see `content`.
+It is made in the process whose threads learn, so it does no more than it must; what the run holds is derived from it by
+the process that delivers it, see `content`.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from io import BytesIO
 
 import numpy as np
@@ -17,14 +17,9 @@ from rl_design_space.plan.describe import resolved_config
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.tracking import values
 from rl_design_space.tracking.spool import POINT, Record
+from rl_design_space.tracking.tags import study_tags
 
-#: A run's tag for each study that it belongs to begins like this.
-STUDY_TAG = "study."
-#: Tags of ours: what identifies a point; the spool that a run is written from; the sweep that a summary run is of; why
-#: a run is not complete.
-FINGERPRINT_TAG, SPOOL_TAG = "fingerprint", "rl_design_space.spool"
-SWEEP_TAG, INCOMPLETE_TAG = "rl_design_space.sweep", "rl_design_space.incomplete"
-#: The file of a record that holds the result; what it began with in an earlier version.
+#: The file of a record that holds the result; the first bytes of that file in version 0.1.0.
 _RESULT, _NPY = "result", b"\x93NUMPY"
 
 
@@ -38,19 +33,19 @@ def point_record(
     keep: Kept = "periods",
     checked: bool = True,
 ) -> Record:
-    """All that a store will be told about a point follows from this.
+    """Return a record from which everything follows that the run of a point holds.
 
     Args:
         planned: the point.
         learned: its result.
         origin: tags that say who recorded it.
-        curves: that are recorded beside those that always are.
-        every: how many trials lie between two values of a recorded curve.
+        curves: names of the curves to record in addition to `measures.CURVES`.
+        every: number of trials from one recorded value of a curve to the next.
         keep: what the artifact holds.
         checked: whether the store is known not to have the point.
 
     Raises:
-        ConfigError: MLflow would not take a name.
+        ConfigError: MLflow would refuse a name.
     """
     scalars = learned.scalars()
     numbers = {values.key(name): values.metric(value) for name, value in scalars.items()}
@@ -72,7 +67,7 @@ def point_record(
 
 
 def result_of(record: Record) -> LearningCurves:
-    """Return the result in a point's record; its point is not built, for its code may not be on this machine."""
+    """Return the result in a point's record, without its point, whose code may not be on this machine."""
     content, seconds = BytesIO(record.files[_RESULT]), record.content["seconds"]
     if not record.files[_RESULT].startswith(_NPY):
         return LearningCurves.load(content, seconds=seconds)
@@ -81,17 +76,8 @@ def result_of(record: Record) -> LearningCurves:
     return LearningCurves.of_arrays(arrays, seconds=seconds)
 
 
-def study_tags(studies: Iterable[str]) -> dict[str, str]:
-    """A tag for each study.
-
-    Raises:
-        ConfigError: MLflow would not take the name of a study.
-    """
-    return {values.key(f"{STUDY_TAG}{study}"): "true" for study in studies}
-
-
 def params(planned: PlannedPoint) -> dict[str, str]:
-    """Every choice, flat and dotted, as typed on the command line."""
+    """Return every choice of a point by its dotted name, as typed on the command line."""
     return {values.key(name): values.param(value) for name, value in planned.parameters.items()}
 
 

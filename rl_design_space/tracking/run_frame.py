@@ -1,37 +1,38 @@
-"""Tracked runs as a tidy pandas frame: what each point is, and the numbers that sum it up."""
+"""Recorded runs as a tidy pandas frame: the choices and the scalars of each point."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import yaml
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import SCALARS
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, studies_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from rl_design_space.tracking.queries import Found
+    from rl_design_space.tracking.found_run import FoundRun
 
+#: Plain integers and decimals, which need no YAML parser: it takes 40 µs for each.
+_INTEGER, _DECIMAL = re.compile(r"-?(0|[1-9]\d*)"), re.compile(r"-?\d+\.\d*")
 #: A number as Python writes it and YAML 1.1 takes for text.
-_SMALL = re.compile(r"-?\d+e[+-]\d+")
-#: The param that says what a component of one's own was recognised by, after its option's.
+_EXPONENT = re.compile(r"-?\d+e[+-]\d+")
+#: Suffix of the param that identifies the code of a user's own component; the rest is the name of the option.
 _SOURCE = ".source"
-#: A tag for each study.
-_STUDY_TAG = "study."
 #: Columns of a frame of runs that are neither params nor scalars; its index is `run_id`.
 ABOUT = ("run_id", "name", "fingerprint", "studies", "started", "ended", "artifacts")
 
 
-def frame_of(found: Iterable[Found]) -> pd.DataFrame:
-    """A row a run, by its id.
+def frame_of(found: Iterable[FoundRun]) -> pd.DataFrame:
+    """Return a frame with a row for each run, by run id.
 
     Returns:
-        `name`, `fingerprint`, `studies` (names, separated by spaces), `started` and `ended` (UTC), `artifacts` (where
-        they are); a column for every param, numbers if all are; and the scalars.
+        `name`, `fingerprint`, `studies` (names, separated by spaces), `started` and `ended` (UTC), `artifacts` (URI of
+        their folder); a column for every param, of numbers if all its values are; and the scalars.
     """
     import pandas as pd
 
@@ -39,28 +40,30 @@ def frame_of(found: Iterable[Found]) -> pd.DataFrame:
     index = pd.Index([run.run_id for run in runs], name="run_id")
     columns: dict[str, Any] = {
         "name": [run.name for run in runs],
-        "fingerprint": [run.tags.get("fingerprint") for run in runs],
-        "studies": [" ".join(sorted(_studies(run.tags))) for run in runs],
+        "fingerprint": [run.tags.get(FINGERPRINT_TAG) for run in runs],
+        "studies": [" ".join(sorted(studies_of(run.tags))) for run in runs],
         "started": _times(run.started for run in runs),
         "ended": _times(run.ended for run in runs),
         "artifacts": [run.artifacts for run in runs],
     }
-    for name in sorted({name for run in runs for name in run.params}):
-        texts = [run.params.get(name) for run in runs]
-        by_text = {text: typed(text) for text in set(texts)}
-        if any(isinstance(value, str) for value in by_text.values()):
-            by_text = {text: text for text in by_text}  # one kind of values in a column
-        columns[name] = [by_text[text] for text in texts]
+    params = [run.params for run in runs]
+    for name in sorted(set().union(*params)):
+        texts = [each.get(name) for each in params]
+        values = {text: typed(text) for text in set(texts)}
+        # One type of values in a column.
+        is_text = any(isinstance(value, str) for value in values.values())
+        columns[name] = texts if is_text else [values[text] for text in texts]
+    metrics = [run.metrics for run in runs]
     for name in SCALARS:
-        columns[name] = pd.array([run.metrics.get(name) for run in runs], dtype="float64")
+        columns[name] = pd.array([each.get(name) for each in metrics], dtype="float64")
     return pd.DataFrame(columns, index=index)
 
 
 def of_study(frame: pd.DataFrame, study: str) -> pd.DataFrame:
-    """The runs that belong to a study.
+    """Return the runs that belong to a study.
 
     Raises:
-        ConfigError: none does; the studies that there are are named.
+        ConfigError: there are none; the message lists the studies.
     """
     belongs = frame["studies"].map(lambda names: study in names.split(" ")).astype(bool)
     if not belongs.any():
@@ -70,7 +73,7 @@ def of_study(frame: pd.DataFrame, study: str) -> pd.DataFrame:
 
 
 def of_newest_code(frame: pd.DataFrame) -> pd.DataFrame:
-    """Runs without those of components whose code was changed since: of each option, the code of its latest run."""
+    """Return the runs without those of outdated components: of each option, the code of its latest run is kept."""
     for name in frame.columns[frame.columns.str.endswith(_SOURCE)]:
         option = name.removesuffix(_SOURCE)
         newest = frame.sort_values("started").groupby(option)[name].last()  # skips runs without a source
@@ -78,18 +81,18 @@ def of_newest_code(frame: pd.DataFrame) -> pd.DataFrame:
     return frame
 
 
-def filtered(found: Sequence[Found], text: str) -> list[Found]:
-    """The runs that a filter of MLflow's search finds: `params.reward = 'end_reward' and metrics.total_steps < 9000`.
+def filtered(found: Sequence[FoundRun], text: str) -> list[FoundRun]:
+    """Return the runs that match a filter of MLflow's search: `params.world = 'torus' and metrics.total_steps < 9000`.
 
     Raises:
-        ConfigError: it is no filter.
+        ConfigError: the text is not a filter.
     """
     from types import SimpleNamespace
 
     from mlflow.exceptions import MlflowException
     from mlflow.utils.search_utils import SearchUtils
 
-    def as_mlflow_has_it(run: Found) -> SimpleNamespace:
+    def as_mlflow_run(run: FoundRun) -> SimpleNamespace:
         info = SimpleNamespace(
             run_id=run.run_id, run_name=run.name, start_time=run.started, end_time=run.ended, status="FINISHED",
             artifact_uri=run.artifacts,
@@ -98,11 +101,27 @@ def filtered(found: Sequence[Found], text: str) -> list[Found]:
         return SimpleNamespace(info=info, data=data, inputs=SimpleNamespace(dataset_inputs=[]), found=run)
 
     try:
-        matching = SearchUtils.filter([as_mlflow_has_it(run) for run in found], text)  # type: ignore[no-untyped-call]
+        matching = SearchUtils.filter([as_mlflow_run(run) for run in found], text)  # type: ignore[no-untyped-call]
         return [each.found for each in matching]
     except MlflowException as error:
         first_line = str(error).splitlines()[0]
         raise ConfigError.at("filter", text, f"should be a filter of MLflow's search: {first_line}") from error
+
+
+def typed(text: str | None) -> Any:
+    """Return a param as it was before MLflow made text of it; lists stay text, so that runs can be grouped by them."""
+    if text is None:
+        return None
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    if _DECIMAL.fullmatch(text):
+        return float(text)
+    try:
+        value = yaml.safe_load(text)
+        value = float(value) if isinstance(value, str) and _EXPONENT.fullmatch(value) else value
+    except yaml.YAMLError:
+        return text
+    return value if isinstance(value, (int, float, bool)) else text
 
 
 def _times(milliseconds: Iterable[int]) -> pd.DatetimeIndex:
@@ -110,19 +129,3 @@ def _times(milliseconds: Iterable[int]) -> pd.DatetimeIndex:
     import pandas as pd
 
     return pd.DatetimeIndex(np.array(list(milliseconds), "datetime64[ms]")).tz_localize("UTC")
-
-
-def _studies(tags: Mapping[str, str]) -> list[str]:
-    return [name.removeprefix(_STUDY_TAG) for name in tags if name.startswith(_STUDY_TAG)]
-
-
-def typed(text: str | None) -> Any:
-    """A param as it was before MLflow made text of it; lists stay text, so that runs can be grouped by them."""
-    if text is None:
-        return None
-    try:
-        value = yaml.safe_load(text)
-        value = float(value) if isinstance(value, str) and _SMALL.fullmatch(value) else value
-    except yaml.YAMLError:
-        return text
-    return value if isinstance(value, (int, float, bool)) else text

@@ -1,4 +1,4 @@
-"""What waits to be written to a tracking store, durable on a local disk."""
+"""The spool: pending records for a tracking store, durable on a local disk."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from filelock import FileLock
 
 from rl_design_space.tracking.address import StoreAddress
 
-#: Kinds of records, in the order in which they have to be delivered: a sweep begins, its points come, stored points
-#: join studies, a sweep ends, what dead processes have left is closed.
+#: Kinds of records, in the order in which they have to be delivered: a sweep begins, its points are recorded, stored
+#: points join studies, a sweep ends, runs of dead processes are closed.
 OPEN, POINT, STUDIES, CLOSE, TIDY = KINDS = ("open", "point", "studies", "close", "tidy")
 _RECORD, _STORE = ".record", "store.json"
-#: Seconds after which a file that somebody has begun to write is taken for left behind.
+#: Seconds after which a temporary file is taken to be abandoned by a process that was killed.
 _ABANDONED = 3600
 
 
-class DamagedRecordError(Exception):
-    """A record that is not what was written."""
+class CorruptedRecordError(Exception):
+    """A record whose file does not hold what was written; the message says so in full."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """Something to be told to a tracking store, complete in itself.
+    """Something to be delivered to a tracking store, complete in itself.
 
     Attributes:
         kind: one of `KINDS`.
         key: fingerprint of the point, or id of the sweep.
-        content: plain values, see who delivers them.
-        files: by name.
+        content: plain values that JSON can hold; `StoreWriter` reads them.
+        files: contents of files by name.
     """
 
     kind: str
@@ -47,27 +47,27 @@ class Record:
 
     @property
     def name(self) -> str:
-        """Of the file that holds it; sorts by kind, in the order of delivery."""
+        """Name of the file that holds the record; names sort in the order of delivery."""
         return f"{KINDS.index(self.kind)}-{self.kind}-{self.key}{_RECORD}"
 
 
 class Spool:
-    """A folder with a file for each record.
+    """A folder with a file for each pending record.
 
-    A record is written beside, made durable and then renamed, so it is there wholly or not at all. It is removed when
-    the store has it; one that cannot be delivered goes to the folder `aside`.
+    A record is written to a temporary file, synced and renamed, so it is there completely or not at all. It is removed
+    when it is delivered. A record that cannot be delivered is quarantined: moved to the folder `aside`.
 
     Args:
-        folder: made if need be.
+        folder: where the records are.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder.absolute()
-        self._aside = self.folder / "aside"
+        self._quarantine = self.folder / "aside"
 
     @classmethod
     def of(cls, root: Path, address: StoreAddress) -> Spool:
-        """The spool under a folder whose records go to one store; it remembers which."""
+        """Return the spool of a store under a folder; it is created if missing and remembers its store."""
         digest = hashlib.sha256(json.dumps(vars(address), sort_keys=True).encode()).hexdigest()[:12]
         spool = cls(root / digest)
         if not (spool.folder / _STORE).exists():
@@ -77,86 +77,91 @@ class Spool:
 
     @classmethod
     def all_under(cls, root: Path) -> list[Spool]:
-        """Every spool under a folder."""
+        """Return every spool under a folder."""
         return [cls(path.parent) for path in sorted(root.glob(f"*/{_STORE}"))]
 
     @property
     def address(self) -> StoreAddress:
-        """The store that the records go to."""
+        """The store that the records are delivered to."""
         return StoreAddress(**json.loads((self.folder / _STORE).read_text(encoding="utf-8")))
 
     @property
     def identity(self) -> str:
-        """Tells this spool from all others, on other machines too."""
+        """A name that differs from that of all other spools, on other machines too."""
         return f"{platform.node()}:{self.folder}"
 
     @property
     def lock(self) -> FileLock:
-        """Whoever delivers holds it: one process at a time."""
+        """Lock of the process that delivers; there is one at a time."""
         return FileLock(self.folder / "delivery.lock")
 
-    def waiting(self) -> list[str]:
-        """Names of the records, in the order in which they are to be delivered."""
+    def pending(self) -> list[str]:
+        """Return the names of the pending records in the order of delivery."""
         with os.scandir(self.folder) as entries:
             return sorted(entry.name for entry in entries if entry.name.endswith(_RECORD))
 
     def has(self, name: str) -> bool:
-        """Whether a record of this name is waiting."""
+        """Return whether a record of this name is pending."""
         return (self.folder / name).exists()
 
     def write(self, record: Record) -> None:
-        """Keep a record; it is durable on return.
+        """Write a record; it is durable on return.
 
         Raises:
-            OSError: it could not be written; nothing is left of it.
+            OSError: it could not be written; no part of it remains.
         """
         content = _packed(record)
         self._write(record.name, _digest(content) + content)
 
     def read(self, name: str) -> Record:
-        """A record as it was written; every byte of it is checked.
+        """Read a record and verify its checksum.
 
         Raises:
-            DamagedRecordError: it is something else.
-            FileNotFoundError: somebody has delivered it.
+            CorruptedRecordError: the file does not hold the record that was written.
+            FileNotFoundError: the record has been delivered.
         """
         digest, content = _split((self.folder / name).read_bytes())
         if digest != _digest(content):
-            raise DamagedRecordError("is not what was written")
+            raise CorruptedRecordError("record is corrupted (checksum mismatch)")
         try:
             record = _unpacked(content)
         except (KeyError, ValueError) as error:
-            raise DamagedRecordError(f"cannot be read: {error}") from error
+            raise CorruptedRecordError(f"record is corrupted (cannot be read: {error})") from error
         if record.name != name:
-            raise DamagedRecordError(f"holds {record.name}")
+            raise CorruptedRecordError(f"record is corrupted (its file holds {record.name})")
         return record
 
     def remove(self, name: str) -> None:
-        """Forget a record that has been delivered."""
+        """Remove a record that has been delivered."""
         (self.folder / name).unlink(missing_ok=True)
 
-    def set_aside(self, name: str, why: str) -> None:
-        """Keep a record that cannot be delivered out of the way, with the reason beside it."""
-        self._aside.mkdir(exist_ok=True)
-        place = self._aside / f"{time.time_ns()}-{name}"
-        place.with_name(f"{place.name}.why").write_text(f"{why}\n", encoding="utf-8")
-        with suppress(FileNotFoundError):  # somebody else has just done so
+    def quarantine(self, name: str, reason: str) -> None:
+        """Move a record that cannot be delivered out of the way, and write the reason beside it."""
+        self._quarantine.mkdir(exist_ok=True)
+        place = self._quarantine / f"{time.time_ns()}-{name}"
+        place.with_name(f"{place.name}.why").write_text(f"{reason}\n", encoding="utf-8")
+        with suppress(FileNotFoundError):  # another process has just done so
             (self.folder / name).replace(place)
 
-    def aside(self) -> list[Path]:
-        """Records that were set aside, in that order."""
-        return [path.with_suffix("") for path in sorted(self._aside.glob("*.why"))]
+    def quarantined(self) -> list[Path]:
+        """Return the files of the quarantined records, the oldest first."""
+        return [path.with_suffix("") for path in sorted(self._quarantine.glob("*.why"))]
 
-    def why_aside(self, name: str, since: int = 0) -> str | None:
-        """Why a record was set aside, if it was since some time (nanoseconds since 1970)."""
-        for path in reversed(self.aside()):
+    def quarantine_reason(self, name: str, since: int = 0) -> str | None:
+        """Return why a record was quarantined; None if it was not.
+
+        Args:
+            name: of the record.
+            since: ignore earlier quarantines; nanoseconds since 1970.
+        """
+        for path in reversed(self.quarantined()):
             when, _, record = path.name.partition("-")
             if record == name and int(when) >= since:
                 return path.with_name(f"{path.name}.why").read_text(encoding="utf-8").strip()
         return None
 
-    def sweep_up(self) -> None:
-        """Remove what processes that were killed had begun to write."""
+    def remove_abandoned(self) -> None:
+        """Remove temporary files of processes that were killed while they were writing."""
         for path in self.folder.glob(".*.new"):
             with suppress(FileNotFoundError):
                 if time.time() - path.stat().st_mtime > _ABANDONED:
@@ -183,18 +188,32 @@ class Spool:
             os.close(folder)
 
 
-def key_of(name: str) -> str:
-    """The fingerprint or id in the name of a record."""
-    return name.removesuffix(_RECORD).rpartition("-")[2]
+def point_name(fingerprint: str) -> str:
+    """Return the name of the record of a point."""
+    return Record(POINT, fingerprint, {}).name
+
+
+def is_point(name: str) -> bool:
+    """Return whether a record of this name is that of a point."""
+    return _is_kind(name, POINT)
 
 
 def is_summary(name: str) -> bool:
-    """Whether a record says that a sweep begins or ends."""
-    return any(name.startswith(Record(kind, "", {}).name.removesuffix(_RECORD)) for kind in (OPEN, CLOSE))
+    """Return whether a record of this name says that a sweep begins or ends."""
+    return _is_kind(name, OPEN) or _is_kind(name, CLOSE)
+
+
+def key_of(name: str) -> str:
+    """Return the fingerprint or id in the name of a record."""
+    return name.removesuffix(_RECORD).rpartition("-")[2]
+
+
+def _is_kind(name: str, kind: str) -> bool:
+    return name.startswith(Record(kind, "", {}).name.removesuffix(_RECORD))
 
 
 def _packed(record: Record) -> bytes:
-    """A line of JSON, and the files, one after the other."""
+    """Return a line of JSON, followed by the contents of the files one after the other."""
     header = {"kind": record.kind, "key": record.key, "content": record.content}
     sizes = {name: len(content) for name, content in record.files.items()}
     line = json.dumps({**header, "files": sizes}, allow_nan=False)
@@ -214,11 +233,6 @@ def _digest(content: bytes) -> bytes:
 
 
 def _split(file: bytes) -> tuple[bytes, bytes]:
-    """The digest at the beginning of a record's file, and what follows."""
+    """Return the digest at the beginning of a record's file, and the rest."""
     size = hashlib.sha256().digest_size
     return file[:size], file[size:]
-
-
-def point_name(fingerprint: str) -> str:
-    """Name of the record of a point."""
-    return Record(POINT, fingerprint, {}).name

@@ -1,4 +1,4 @@
-"""Errors of tracking stores: which pass, which deny access, and what to say of them."""
+"""Errors of tracking stores: which are transient, which are about access, and how they are reported."""
 
 from __future__ import annotations
 
@@ -9,90 +9,95 @@ import sqlite3
 from filelock import Timeout
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.address import is_server, sqlite_path
+from rl_design_space.tracking.address import StoreAddress, is_server, sqlite_path
 
-#: What databases say that can be used again in a while.
-_PASSING_WORDS = ("locked", "busy", "full", "connection", "connect", "starting up", "shutting down", "i/o")
+#: Words in the messages of databases whose trouble is transient.
+_TRANSIENT_WORDS = ("locked", "busy", "full", "connection", "connect", "starting up", "shutting down", "i/o")
 _SERVER_ERROR, _TOO_MANY = 500, 429
-#: HTTP status for an unknown user, and for a user without the permission; what databases say to both.
+#: HTTP status for an unknown user, and for a user without permission; words in the messages of databases for either.
 _UNKNOWN, _FORBIDDEN = 401, 403
-_DENYING_WORDS = ("authentication failed", "no password supplied", "permission denied", "pg_hba", '" does not exist')
+_ACCESS_WORDS = ("authentication failed", "no password supplied", "permission denied", "pg_hba", '" does not exist')
 
 
 class StoreUnavailableError(Exception):
-    """A store cannot be used at the moment; it may be in a while."""
+    """The store cannot be used at the moment; trying again later may succeed."""
 
 
-def translated(uri: str, error: Exception) -> ConfigError | StoreUnavailableError:
-    """An error of a store as ours."""
-    if denied := denial(uri, error):
+def as_tracking_error(uri: str, error: Exception) -> ConfigError | StoreUnavailableError:
+    """Translate an exception of a store, a driver or the file system into one of this package."""
+    if denied := access_error(uri, error):
         return denied
-    if passes(error):
-        return StoreUnavailableError(f"{uri}: {reason(error)}")
-    return ConfigError.at("tracking.uri", uri, f"cannot be used: {reason(error)}")
+    if is_transient(error):
+        return StoreUnavailableError(f"{uri}: {first_line(error)}")
+    return ConfigError.at("tracking.uri", uri, f"cannot be used: {first_line(error)}")
 
 
-def denial(uri: str, error: BaseException) -> ConfigError | None:
-    """What to say if a store does not let its user do what was wanted; None if that is not what is wrong."""
-    status = _denying_status(error)
+def access_error(uri: str, error: BaseException) -> ConfigError | None:
+    """Return what to report if a store has denied access; None if that is not what went wrong."""
+    status = _access_status(error)
     if status is None:
         return None
     if not is_server(uri):
         where = "" if sqlite_path(uri) else "; a password belongs in the environment, PGPASSWORD for PostgreSQL"
-        return ConfigError.at("tracking.uri", uri, f"access denied: {reason(error)}{where}")
+        return ConfigError.at("tracking.uri", uri, f"access denied: {first_line(error)}{where}")
     user = os.environ.get("MLFLOW_TRACKING_USERNAME")
     if status == _FORBIDDEN:
         who = f"user {user}" if user else "you"
         return ConfigError.at("tracking.uri", uri, f"{who} may not write or read there; its administrator can allow it")
     expected = (
-        f"the server does not know user {user} with the password in MLFLOW_TRACKING_PASSWORD"
+        f"the server does not accept user {user} with the password in MLFLOW_TRACKING_PASSWORD"
         if user
-        else "the server asks who you are: set MLFLOW_TRACKING_USERNAME and MLFLOW_TRACKING_PASSWORD in the environment"
+        else "the server requires a login: set MLFLOW_TRACKING_USERNAME and MLFLOW_TRACKING_PASSWORD in the environment"
     )
     return ConfigError.at("tracking.uri", uri, expected)
 
 
-def passes(error: BaseException) -> bool:
-    """Whether an error is one of the moment: a lock, a full disk, a server that is away or in trouble itself."""
+def is_transient(error: BaseException) -> bool:
+    """Return whether the error is transient: a lock, a full disk, a server that is away or reports an error itself."""
     from mlflow.exceptions import MlflowException
     from requests.exceptions import HTTPError, RequestException
     from sqlalchemy.exc import DBAPIError
 
-    if _denying_status(error) is not None:
+    if _access_status(error) is not None:
         return False
     if isinstance(error, HTTPError) and error.response is not None:
         return error.response.status_code >= _SERVER_ERROR or error.response.status_code == _TOO_MANY
     if isinstance(error, (StoreUnavailableError, Timeout, RequestException, ConnectionError)):
         return True
     if isinstance(error, (DBAPIError, sqlite3.OperationalError)):
-        return any(word in str(error).lower() for word in _PASSING_WORDS)
+        return any(word in str(error).lower() for word in _TRANSIENT_WORDS)
     if isinstance(error, OSError):
         return error.errno in (errno.ENOSPC, errno.EDQUOT)
     if isinstance(error, MlflowException):
         cause = error.__cause__ or error.__context__
-        if cause is not None and passes(cause):
+        if cause is not None and is_transient(cause):
             return True
-        # Of a server: what it answers when its own database is away. Of a database, they are all kinds of things.
+        # A server answers so when its own database is away; a database raises it for errors of all kinds.
         status: int = error.get_http_status_code()  # type: ignore[no-untyped-call]
-        return status >= _SERVER_ERROR and _speaks_of_the_moment(str(error))
+        return status >= _SERVER_ERROR and _has_transient_words(str(error))
     return False
 
 
-def reason(error: BaseException) -> str:
-    """What is wrong, in one line."""
+def first_line(error: BaseException) -> str:
+    """Return the message of an error in one line."""
     if isinstance(error, Timeout):
         return "another process has been creating it for minutes"
-    first_line = next(iter(str(error).strip().splitlines()), type(error).__name__)
-    return first_line.partition(" with exception ")[0]
+    line = next(iter(str(error).strip().splitlines()), type(error).__name__)
+    return line.partition(" with exception ")[0]
 
 
 def deleted_experiment(key: str, name: str) -> ConfigError:
-    """What to say of an experiment that somebody has deleted; `key` is where its name is configured."""
+    """Return the error for an experiment that was deleted; `key` is the setting that names it."""
     return ConfigError.at(f"tracking.{key}", name, "was deleted in this store; restore it or use another name")
 
 
-def _denying_status(error: BaseException) -> int | None:
-    """401 or 403 if an error says that its user may not do this; 401, too, of a database."""
+def missing_experiment(address: StoreAddress) -> ConfigError:
+    """Return the error for a store without the experiment of the design points."""
+    return ConfigError.at("tracking.experiment", address.experiment, f"there is no such experiment in {address.uri}")
+
+
+def _access_status(error: BaseException) -> int | None:
+    """Return 401 or 403 if an error says that access was denied, 401 for databases; None for any other error."""
     from mlflow.exceptions import MlflowException
     from requests.exceptions import HTTPError
     from sqlalchemy.exc import DBAPIError
@@ -101,12 +106,12 @@ def _denying_status(error: BaseException) -> int | None:
         status: int = error.get_http_status_code()  # type: ignore[no-untyped-call]
     elif isinstance(error, HTTPError) and error.response is not None:
         status = error.response.status_code
-    elif isinstance(error, DBAPIError) and any(word in str(error.orig) for word in _DENYING_WORDS):
+    elif isinstance(error, DBAPIError) and any(word in str(error.orig) for word in _ACCESS_WORDS):
         status = _UNKNOWN
     else:
         return None
     return status if status in (_UNKNOWN, _FORBIDDEN) else None
 
 
-def _speaks_of_the_moment(text: str) -> bool:
-    return "API request" in text or any(word in text.lower() for word in _PASSING_WORDS)
+def _has_transient_words(text: str) -> bool:
+    return "API request" in text or any(word in text.lower() for word in _TRANSIENT_WORDS)

@@ -1,4 +1,4 @@
-"""What the summary run of a sweep shows: a note, and tables of its plan, its best points and its failures."""
+"""The summary run of a sweep: a note, and tables of its plan, its best points and its failures."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ if TYPE_CHECKING:
     from rl_design_space.plan.plan import Plan
     from rl_design_space.tracking.tracker import SweepEnding
 
-#: What the best points are chosen by, the least first.
+#: Scalar that points are ranked by, the smallest first.
 _RANKED_BY = "total_steps"
-#: How many of the best points the note shows, and which numbers of each.
+#: Number of best points in the note, and scalars shown of each.
 _BEST = 10
 _SHOWN = ("total_steps", "total_steps_sem", "failed_trials", "final_steps_over_optimum")
 PLAN_FILE, BEST_FILE, FAILURES_FILE = "plan.csv", "leaderboard.csv", "failures.csv"
 
 
 def opening_note(plan: Plan, command: str, origin: Mapping[str, str]) -> str:
-    """The note while the sweep is under way."""
-    return _note(plan, command, origin, "under way")
+    """Return the note of a sweep that is running."""
+    return _note(plan, command, origin, "running")
 
 
 def closing_note(plan: Plan, command: str, origin: Mapping[str, str], ending: SweepEnding) -> str:
-    """The note when it has ended: with its verdict, failures, and the best points."""
+    """Return the note of a sweep that has ended: its verdict, failures and best points."""
     parts = [_note(plan, command, origin, f"{ending.status}: {ending.verdict}")]
     if ending.failures:
         lines = [f"- `{again}`: {error}" for again, error in list(ending.failures.items())[:_BEST]]
@@ -41,14 +41,14 @@ def closing_note(plan: Plan, command: str, origin: Mapping[str, str], ending: Sw
 
 
 def opening_tables(plan: Plan) -> dict[str, bytes]:
-    """The plan, a row a point."""
+    """Return the plan as a CSV file with a row for each point."""
     columns = sorted({name for planned in plan for name in planned.parameters})
     rows = [{"fingerprint": planned.fingerprint, **planned.parameters} for planned in plan]
     return {PLAN_FILE: _csv(["fingerprint", *columns], rows)}
 
 
 def closing_tables(plan: Plan, ending: SweepEnding) -> dict[str, bytes]:
-    """All recorded points from the best on, and the failures if there were any."""
+    """Return CSV files: the recorded points, the best first, and the failures if there were any."""
     tables = {}
     if ranked := _ranked(plan, ending):
         tables[BEST_FILE] = _csv(["rank", *plan.axes, *SCALARS, "run_id", "fingerprint"], ranked)
@@ -59,7 +59,7 @@ def closing_tables(plan: Plan, ending: SweepEnding) -> dict[str, bytes]:
 
 
 def _note(plan: Plan, command: str, origin: Mapping[str, str], verdict: str) -> str:
-    who = f"{origin.get('mlflow.user', 'somebody')} on {origin['rl_design_space.host']}"
+    who = f"{origin.get('mlflow.user', 'unknown user')} on {origin['rl_design_space.host']}"
     code = f"rl-design-space {origin['rl_design_space.version']}"
     if commit := origin.get("mlflow.source.git.commit"):
         code += f", commit {commit[:10]}"

@@ -1,4 +1,4 @@
-"""What sweeps need of a tracking store."""
+"""Trackers: the interface between sweeps and a tracking store."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class StoredRun:
     """A complete run of a design point.
 
     Attributes:
-        run_id: its id in the store; empty where nothing is recorded, or not yet.
-        studies: the studies that it is known to belong to.
-        scalars: the numbers that sum the point up, see `LearningCurves.scalars`.
-        artifacts: where the store keeps its files.
+        run_id: its id in the store; empty if there is no store, or while its record is pending.
+        studies: names of the studies that it belongs to.
+        scalars: scalars by name, see `LearningCurves.scalars`.
+        artifacts: URI of the folder of its files.
     """
 
     run_id: str = ""
@@ -29,10 +29,10 @@ class StoredRun:
 
 
 class SweepRecord(Protocol):
-    """The summary run of one sweep."""
+    """The summary run of a sweep."""
 
     def close(self, ending: SweepEnding) -> None:
-        """End it."""
+        """End the run."""
         ...
 
 
@@ -42,9 +42,9 @@ class SweepEnding:
 
     Attributes:
         status: FINISHED, FAILED, or KILLED if it was stopped.
-        verdict: the same in a line for people.
-        counts: points by what became of them.
-        failures: what went wrong, by the command that runs the point again.
+        verdict: one line with the numbers of points by outcome.
+        counts: numbers of points by outcome.
+        failures: error messages, by the command that runs the point again.
         stored: the complete runs of its points, by fingerprint.
     """
 
@@ -56,7 +56,7 @@ class SweepEnding:
 
 
 class Tracker(Protocol):
-    """Records design points, each once, and knows which ones it has.
+    """Records design points, each once, and finds those that are recorded.
 
     Several processes may record into one store. Only the process that holds the lock of a point learns it. A recorded
     result is on disk at once (a pending record) and is delivered to the store in the background.
@@ -64,11 +64,11 @@ class Tracker(Protocol):
 
     @property
     def location(self) -> str:
-        """Where the records are, for people."""
+        """Where results are recorded, for messages."""
         ...
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
-        """The recorded points among these, by fingerprint."""
+        """Return the recorded points among these, by fingerprint."""
         ...
 
     def lock(self, fingerprint: str) -> bool:
@@ -121,7 +121,7 @@ class DeliveryStatus:
 
 
 class NullTracker:
-    """Records nothing."""
+    """A tracker that records nothing."""
 
     location = "nowhere (tracking=none)"
 

@@ -1,4 +1,4 @@
-"""The pages of MLflow's UI that there are for what has been recorded."""
+"""Links to the pages of MLflow's UI that show the recorded runs."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Pages:
-    """The experiments of a store and the saved views that they have.
+class UiPages:
+    """The experiments of a store and their saved views.
 
     Attributes:
         points: id of the experiment that holds the design points.
-        sweeps: id of the one that holds the sweeps' summary runs, if there is one.
-        views: keys of the saved views of either.
+        sweeps: id of the experiment that holds the summary runs of sweeps, if there is one.
+        views: keys of the saved views of both.
     """
 
     points: str
@@ -34,7 +34,11 @@ class Pages:
     views: frozenset[str]
 
     def links(self, address: str) -> Mapping[str, str]:
-        """The addresses of the pages by what they show: all points, each study that has a view, and all sweeps."""
+        """Return addresses by title: all points, each study that has a view, and all sweeps.
+
+        Args:
+            address: of the UI.
+        """
         studies = sorted(key for key in self.views if key.startswith(STUDY_KEY))
         found = {"all design points": link(address, self.points, self._known(POINTS_KEY))}
         found |= {f"study {key.removeprefix(STUDY_KEY)}": link(address, self.points, key) for key in studies}
@@ -46,8 +50,8 @@ class Pages:
         return key if key in self.views else ""
 
 
-def pages(tracking: MlflowTracking) -> Pages:
-    """Look which pages there are.
+def find_pages(tracking: MlflowTracking) -> UiPages:
+    """Find the pages of a store.
 
     Raises:
         ConfigError: nothing was recorded, or the store cannot be used.
@@ -66,7 +70,7 @@ def pages(tracking: MlflowTracking) -> Pages:
             "tracking.experiment", tracking.experiment, f"there is no such experiment in {tracking.uri}"
         )
     views = _views(points) | (_views(sweeps) if sweeps else frozenset())
-    return Pages(points.experiment_id, sweeps.experiment_id if sweeps else None, views)
+    return UiPages(points.experiment_id, sweeps.experiment_id if sweeps else None, views)
 
 
 def _views(experiment: Experiment) -> frozenset[str]:

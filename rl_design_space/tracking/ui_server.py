@@ -1,4 +1,4 @@
-"""A server of MLflow's UI for this machine alone, as small as MLflow has it."""
+"""A server of MLflow's UI that listens on this machine only, with as few processes as MLflow allows."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from urllib.request import urlopen
 from rl_design_space.errors import ConfigError
 
 _HOST = "127.0.0.1"
-#: One process that serves, none that executes jobs, nothing that leaves the machine.
+#: Environment of the server: no processes that execute jobs, no telemetry.
 _LEAN = {
     "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false",
     "MLFLOW_DISABLE_TELEMETRY": "true",
     "DO_NOT_TRACK": "true",
 }
-#: Seconds that a server may take to start, and to end before it is killed; between two looks at it.
+#: Seconds that a server may take to start, and to end before it is killed; seconds between two checks.
 _START, _END, _PAUSE = 180, 10, 0.2
 #: Lines of the server's log that are shown if it does not start.
 _LOG_LINES = 15
@@ -33,15 +33,15 @@ _LOG_LINES = 15
 
 @contextmanager
 def serving(uri: str, port: int, artifacts: Path) -> Iterator[str]:
-    """Serve the UI of a tracking store until the block ends; then no process is left.
+    """Serve the UI of a tracking store until the block ends; no process is left behind.
 
     Args:
-        uri: of the store, which exists.
-        port: to listen at.
+        uri: of a store that exists.
+        port: port to listen on.
         artifacts: folder for the artifacts of experiments that are created through the server.
 
     Yields:
-        The address, once the server answers there.
+        The address, as soon as the server answers.
 
     Raises:
         ConfigError: the port is taken, or the server does not start.
@@ -64,13 +64,13 @@ def _check_free(port: int) -> None:
         try:
             listener.bind((_HOST, port))
         except (OSError, OverflowError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "no port has this number"
+            reason = error.strerror if isinstance(error, OSError) else "not a valid port number"
             raise ConfigError(f"--port {port}: cannot be used ({reason}); give another, e.g. --port 5001") from error
 
 
 def _start(uri: str, port: int, artifacts: Path, log: Path) -> subprocess.Popen[bytes]:
     words = ["server", "--host", _HOST, "--port", str(port), "--workers", "1"]
-    # The store goes through the environment: its URI may hold a password, which others could see among the arguments.
+    # The URI is passed through the environment: it may hold a password, and arguments are visible to other users.
     environment = {**os.environ, **_LEAN, "MLFLOW_BACKEND_STORE_URI": uri}
     with log.open("wb") as output:
         return subprocess.Popen(
@@ -79,7 +79,7 @@ def _start(uri: str, port: int, artifacts: Path, log: Path) -> subprocess.Popen[
             stdout=output,
             stderr=subprocess.STDOUT,
             env=environment,
-            # A group of its own: Ctrl-C reaches us alone, and the server ends with all that it has started.
+            # A process group of its own: Ctrl-C does not reach it, and it can be ended with all its children.
             start_new_session=True,
         )
 
@@ -91,7 +91,7 @@ def _wait(server: subprocess.Popen[bytes], health: str, log: Path) -> None:
             return
         time.sleep(_PAUSE)
     last = log.read_text(errors="replace").splitlines()[-_LOG_LINES:]
-    raise ConfigError("\n".join(["MLflow's server did not start; it said:", *last]))
+    raise ConfigError("\n".join(["MLflow's server did not start; the end of its log:", *last]))
 
 
 def _end(server: subprocess.Popen[bytes]) -> None:
@@ -103,6 +103,6 @@ def _end(server: subprocess.Popen[bytes]) -> None:
 
 
 def _signal(server: subprocess.Popen[bytes], number: signal.Signals) -> None:
-    """To the server and all that it has started, whatever of them is left."""
+    """Send a signal to the server and its children."""
     with suppress(ProcessLookupError):
         os.killpg(server.pid, number)

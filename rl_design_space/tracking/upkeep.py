@@ -1,72 +1,87 @@
-"""The state of a store, and making it small again."""
+"""Maintenance of a store: its status, and removing deleted runs for good."""
 
 from __future__ import annotations
 
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
-
-from rich.box import SIMPLE_HEAD
-from rich.filesize import decimal
-from rich.markup import escape
-from rich.table import Table
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import sqlite_path
 from rl_design_space.tracking.backends import MlflowTracking
 from rl_design_space.tracking.connection import analyze, configure_mlflow
-from rl_design_space.tracking.queries import Counted, source_of
-from rl_design_space.tracking.spool import Spool, point_name
-from rl_design_space.tracking.store_errors import passes, reason
+from rl_design_space.tracking.found_run import RunCounts
+from rl_design_space.tracking.queries import queries_of
+from rl_design_space.tracking.spool import Spool, is_point
+from rl_design_space.tracking.store_errors import first_line, is_transient
 
-#: Seconds to wait for others who write to the database.
+#: Seconds to wait for other processes that write to the database.
 _PATIENCE = 30
 
 
-def status_table(options: MlflowTracking) -> Table:
-    """What a store has, how large it is, and what does not belong there.
+@dataclass(frozen=True)
+class StoreStatus:
+    """What a store and its spool hold.
+
+    Attributes:
+        runs: numbers of runs of the experiment that holds the design points.
+        pending: number of pending records.
+        pending_points: number of those that are records of points.
+        quarantined: files of the quarantined records.
+        sizes: bytes on this disk by what they are used for.
+    """
+
+    runs: RunCounts
+    pending: int
+    pending_points: int
+    quarantined: list[Path]
+    sizes: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class Compaction:
+    """What compacting a database has done.
+
+    Attributes:
+        removed: number of deleted runs that were removed for good.
+        before: size of the database in bytes.
+        after: size of the database in bytes.
+    """
+
+    removed: int
+    before: int
+    after: int
+
+
+def status(options: MlflowTracking) -> StoreStatus:
+    """Return what a store and its spool hold.
 
     Raises:
         ConfigError: there is no store.
-        StoreUnavailableError: it cannot be reached at the moment.
+        StoreUnavailableError: the store cannot be reached at the moment.
     """
-    counted = source_of(options.address).counted()
+    runs = queries_of(options.address).counts()
     spool = Spool.of(Path(options.spool), options.address)
-    table = Table(box=SIMPLE_HEAD, show_header=False, pad_edge=False)
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column(overflow="fold")
-    table.add_row("store", escape(options.address.uri))
-    table.add_row("points", f"{counted.finished:,} complete in experiment {options.experiment!r}")
-    table.add_row("incomplete", _incomplete(counted))
-    table.add_row("deleted", f"{counted.deleted:,} runs; `rl-design-space store compact` removes them for good")
-    waiting = spool.waiting()
-    points = sum(name.startswith(point_name("")[:2]) for name in waiting)
-    table.add_row("unsynced", f"{points:,} points, {len(waiting):,} records in all" if waiting else "nothing")
-    aside = spool.aside()
-    table.add_row("set aside", f"{len(aside):,} records, in {escape(str(aside[0].parent))}" if aside else "nothing")
-    for what, size in _sizes(options).items():
-        table.add_row(what, decimal(size))
-    return table
+    pending = spool.pending()
+    return StoreStatus(runs, len(pending), sum(map(is_point, pending)), spool.quarantined(), _sizes(options))
 
 
-def compact(options: MlflowTracking) -> str:
-    """Have MLflow remove deleted runs with their files; give back the room, and renew what SQLite knows of its tables.
-
-    Returns:
-        What was done, for people.
+def compact(options: MlflowTracking) -> Compaction:
+    """Remove deleted runs and their files with MLflow, release the space, and update the query planner's statistics.
 
     Raises:
-        ConfigError: there is no such database, it is not a file of this machine, or somebody else keeps it busy.
+        ConfigError: the store is not a SQLite database on this machine, or another process is using it.
     """
     database = sqlite_path(options.uri)
     if database is None:
         raise ConfigError.at("tracking.uri", options.uri, "only a SQLite database is compacted; for others: mlflow gc")
     if not database.exists():
         raise ConfigError.at("tracking.uri", options.uri, "no run has been recorded there yet")
-    before, deleted = _size([database]), source_of(options.address).counted().deleted
+    before, deleted = _size([database]), queries_of(options.address).counts().deleted
     configure_mlflow()
     collector = [sys.executable, "-m", "mlflow", "gc"]
     collector += ["--backend-store-uri", options.address.uri, "--tracking-uri", options.address.uri]
@@ -79,18 +94,12 @@ def compact(options: MlflowTracking) -> str:
             connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         analyze(database)
     except sqlite3.Error as error:
-        advice = "; try again when nothing else uses it" if passes(error) else ""
-        raise ConfigError(f"{database}: cannot be compacted: {reason(error)}{advice}") from error
-    return f"{deleted:,} deleted runs removed; the database was {decimal(before)}, is {decimal(_size([database]))}"
-
-
-def _incomplete(counted: Counted) -> str:
-    others = [f"{count:,} {status}" for status, count in sorted(counted.others.items())]
-    return ", ".join(others) or "none"
+        advice = "; try again when no other process uses it" if is_transient(error) else ""
+        raise ConfigError(f"{database}: cannot be compacted: {first_line(error)}{advice}") from error
+    return Compaction(deleted, before, _size([database]))
 
 
 def _sizes(options: MlflowTracking) -> dict[str, int]:
-    """Bytes on this disk, by what they are."""
     sizes = {}
     if database := sqlite_path(options.uri):
         sizes["database"] = _size([database, database.with_name(f"{database.name}-wal")])

@@ -1,4 +1,4 @@
-"""Values and keys as MLflow stores them well; what it would store badly is converted, or refused by name."""
+"""Values and names that MLflow stores unchanged; others are converted, or rejected by name."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import Any
 
 from rl_design_space.errors import ConfigError
 
-#: Characters that a param, a tag, and any key may have (MLflow 3.17; a server refuses more).
+#: Maximum numbers of characters of a param, a tag, and any name (MLflow 3.17; a server refuses more).
 PARAM_LENGTH, TAG_LENGTH, KEY_LENGTH = 6000, 5000, 250
 _KEY = re.compile(r"[\w.\- :/]+")
 
 
 def metric(value: Any) -> float | None:
-    """A number as Python has it; None if it is not finite, which MLflow would store as another number.
+    """Return a number as a float; None if it is not finite, which MLflow would store as another number.
 
     Raises:
-        ConfigError: it is no number.
+        ConfigError: the value is not a number.
     """
     try:
         number = float(value)
@@ -29,32 +29,32 @@ def metric(value: Any) -> float | None:
 
 
 def param(value: Any) -> str:
-    """A param's text; one that is too long ends in its digest, so that different values stay different."""
+    """Return the text of a param; a text that is too long is cut and ends in its digest, so that it stays distinct."""
     return _shortened(_plain(value), PARAM_LENGTH)
 
 
 def tag(value: Any) -> str:
-    """A tag's text; one that is too long ends in its digest."""
+    """Return the text of a tag; a text that is too long is cut and ends in its digest, so that it stays distinct."""
     return _shortened(_plain(value), TAG_LENGTH)
 
 
 def key(name: str) -> str:
-    """The name of a metric, param or tag, unchanged.
+    """Return the name of a metric, param or tag, unchanged.
 
     Raises:
         ConfigError: MLflow would refuse it.
     """
     if not _KEY.fullmatch(name):
-        raise ConfigError(f"{name}: MLflow takes names of letters, digits and _ - . / : and spaces only")
+        raise ConfigError(f"{name}: a name in MLflow may contain letters, digits, spaces and _ - . / : only")
     if len(name) > KEY_LENGTH:
         raise ConfigError(f"{name[:40]}…: a name in MLflow has at most {KEY_LENGTH} characters, not {len(name)}")
     if posixpath.normpath(name) != name or name == "." or name.startswith(("..", "/")):
-        raise ConfigError(f"{name}: MLflow takes names for paths, so that /, . and .. should stand between other parts")
+        raise ConfigError(f"{name}: a name in MLflow should be a normal relative path, without empty parts, . and ..")
     return name
 
 
 def _plain(value: Any) -> str:
-    """As on the command line: numbers of NumPy as those of Python."""
+    """Return a value as on the command line, NumPy numbers as Python numbers."""
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(_plain, value))}]"
     return str(value.item() if hasattr(value, "item") else value)

@@ -1,9 +1,9 @@
-"""The state of a page of runs in MLflow's UI, as a saved view has it.
+"""The state of a page of runs in MLflow's UI, as saved views store it.
 
 A saved view is a tag `mlflow.sharedViewState.KEY` of an experiment. Its value is JSON: a name, the time of its
 creation, and the state of the page, which is JSON in a string. The UI lists such views in a menu and opens one by its
-address. MLflow does not document the state; this is how version 3.17.2 has it. A UI that does not understand it says so
-and shows the page as it always does.
+address. MLflow does not document the state; this is the format of version 3.17.2. A UI that cannot read it reports that
+and shows the default page.
 """
 
 from __future__ import annotations
@@ -14,34 +14,34 @@ from typing import Any, Literal
 
 State = dict[str, Any]
 
-#: What an experiment's tag begins with whose value is a saved view; the rest is its key.
+#: Prefix of the tags of an experiment that hold saved views; the rest of the name is the key of the view.
 VIEW_TAG = "mlflow.sharedViewState."
-#: The tag and its value that have an experiment shown among the trained models, not among the language models.
+#: Tag by which the UI lists an experiment under model training, not under language models.
 KIND = {"mlflow.experimentKind": "custom_model_development"}
-#: Columns by the names that the UI has for them: the time of a run's start, which one sorts by, and its description.
+#: Column names of the UI: start time of a run, for sorting, and its description.
 STARTED, DESCRIPTION = "attributes.start_time", "attributes.`Description`"
 
 _NAME, _CREATED, _DURATION = "attributes.`Run Name`", "runDateAndNestInfo", "duration"
-#: Pixels of these columns, and of others: at least, for each letter of the heading, and beside it.
+#: Width of these columns in pixels; of all others the minimum, the width of a letter of the heading, and the margin.
 _WIDTHS = {_NAME: 190, _CREATED: 150, DESCRIPTION: 500}
 _NARROWEST, _LETTER, _MARGIN = 80, 7, 20
 
 
 def params(names: Iterable[str]) -> list[str]:
-    """The columns of these parameters."""
+    """Return the columns of parameters."""
     return [f"params.`{name}`" for name in names]
 
 
 def metrics(names: Iterable[str]) -> list[str]:
-    """The columns of these metrics."""
+    """Return the columns of metrics."""
     return [f"metrics.`{name}`" for name in names]
 
 
-def saved(name: str, state: State, created: int) -> str:
-    """The JSON text of a view.
+def saved_view(name: str, state: State, created: int) -> str:
+    """Return the JSON text of a view.
 
     Args:
-        name: in the menu.
+        name: title in the menu.
         state: of the page.
         created: milliseconds since 1970.
     """
@@ -49,13 +49,13 @@ def saved(name: str, state: State, created: int) -> str:
     return json.dumps({"name": name, "createdAt": created, "updatedAt": created, "state": text})
 
 
-def runs(condition: str, order: str, *, ascending: bool) -> State:
-    """Which runs there are, in which order.
+def run_list(condition: str, order: str, *, ascending: bool) -> State:
+    """Return the selection and order of the runs.
 
     Args:
-        condition: in MLflow's search syntax; empty for all.
-        order: a column.
-        ascending: the least first.
+        condition: filter of MLflow's search; empty for all runs.
+        order: column to sort by.
+        ascending: whether the smallest value comes first.
     """
     return {
         "searchFilter": condition,
@@ -68,8 +68,8 @@ def runs(condition: str, order: str, *, ascending: bool) -> State:
     }
 
 
-def table(columns: Sequence[str]) -> State:
-    """The columns after the run's name and creation, from left to right."""
+def table_columns(columns: Sequence[str]) -> State:
+    """Return the columns of the table after the run's name and creation time, from left to right."""
     return {
         "selectedColumns": list(columns),
         "columnOrder": [_NAME, _CREATED, *columns, _DURATION],
@@ -78,35 +78,35 @@ def table(columns: Sequence[str]) -> State:
 
 
 def grouped(names: Sequence[str]) -> State:
-    """Runs grouped by parameters; a chart shows the means of the groups."""
+    """Return the grouping of runs by parameters; charts show the means of groups."""
     keys = [{"mode": "param", "groupByData": name} for name in names]
     return {"groupBy": {"aggregateFunction": "average", "groupByKeys": keys}, "useGroupedValuesInCharts": True}
 
 
 def visible(runs: Literal["all", "first 20"]) -> State:
-    """Which of the runs are drawn."""
+    """Return which runs are drawn in charts."""
     return {"runsHiddenMode": {"all": "SHOW_ALL", "first 20": "FIRST_20_RUNS"}[runs]}
 
 
 def charts(sections: Mapping[str, tuple[int, Sequence[State]]]) -> State:
-    """The page of charts.
+    """Return the page of charts.
 
     Args:
-        sections: by their titles how many charts stand side by side, and the charts.
+        sections: by title the number of charts side by side, and the charts.
     """
     return {
         "compareRunSections": [_section(title, columns) for title, (columns, _) in sections.items()],
         "compareRunCharts": [
             {**chart, "metricSectionId": title} for title, (_, cards) in sections.items() for chart in cards
         ],
-        # Else the UI puts the sections into an order of its own.
+        # Otherwise the UI reorders the sections.
         "isAccordionReordered": True,
         "hideEmptyCharts": True,
     }
 
 
 def lines(metric: str, *, logarithmic: bool) -> State:
-    """A chart of a metric over its steps, a line a run or group."""
+    """Return a chart of a metric over its steps, with a line for each run or group."""
     return {
         **_chart("LINE", metric),
         "metricKey": metric,
@@ -126,17 +126,17 @@ def lines(metric: str, *, logarithmic: bool) -> State:
 
 
 def bars(metric: str) -> State:
-    """A chart of a metric's last value, a bar a run or group."""
+    """Return a chart of a metric's last value, with a bar for each run or group."""
     return {**_chart("BAR", metric), "metricKey": metric}
 
 
 def no_bars(metric: str) -> State:
-    """No chart of a metric: the UI adds one of each that has none, unless the one it had was deleted."""
+    """Return a deleted chart of a metric; without it, the UI would add a chart."""
     return {**bars(metric), "deleted": True, "isGenerated": True}
 
 
 def parallel_coordinates(names: Sequence[str], metric: str) -> State:
-    """A line a run through its parameters to a metric; runs that lack one of them are left out."""
+    """Return a chart with a line for each run through its parameters to a metric; runs that lack one are left out."""
     chosen = {"selectedParams": list(names), "selectedMetrics": [metric], "showAllRuns": True}
     return {**_chart("PARALLEL", f"parallel {metric}"), **chosen}
 
@@ -152,6 +152,6 @@ def _section(title: str, columns: int) -> State:
 
 
 def _width(column: str) -> int:
-    """Pixels in which a column's heading can be read."""
+    """Return a width in pixels at which the heading of a column is readable."""
     heading = column.partition("`")[2]
     return _WIDTHS.get(column) or max(_NARROWEST, _LETTER * len(heading) + _MARGIN)

@@ -1,4 +1,4 @@
-"""Made-up records of points."""
+"""Synthetic results of points."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class MadeUp:
 
 @dataclass(frozen=True)
 class MadeUpData:
-    """Points by a name that stands for all their values, `{"name": …}`, or groups of them by one parameter."""
+    """Points by name, `{"name": …}`, or groups of them by one parameter."""
 
     points: Mapping[str, MadeUp]
     groups: Mapping[str, Mapping[Any, MadeUp]] | None = None

@@ -1,4 +1,4 @@
-"""Verdicts turn with the data: a claim that holds, one that does not, and one that nobody can tell."""
+"""Verdicts on claims: reproduced, not reproduced, undecided."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_verdict_follows_the_data(value: float, verdict: Verdict):
 
 
 @pytest.mark.parametrize(("value", "state"), [(2.0, "holds"), (0.0, "fails"), (1.05, "unclear")])
-def test_a_part_goes_by_its_interval(value: float, state: str):
+def test_the_state_of_a_part_follows_its_interval(value: float, state: str):
     assert part(value).state == state
 
 
@@ -49,14 +49,14 @@ def test_a_claim_holds_if_all_of_its_parts_do():
     assert judge({"c": [unclear, false]})["c"].verdict == Verdict.NOT_REPRODUCED
 
 
-def test_many_claims_make_each_verdict_harder():
+def test_verdicts_on_many_claims_need_stronger_evidence():
     almost = part(1.0 + 0.1 * 2.3)  # sure enough alone, by a one-sided chance of about 1 %
     assert judge({"c": [almost]})["c"].verdict == Verdict.REPRODUCED
     others = {f"other {i}": [almost] for i in range(9)}
     assert judge({"c": [almost], **others})["c"].verdict == Verdict.UNDECIDED
 
 
-def test_nothing_measured_is_undecided_and_does_not_weigh_on_others():
+def test_a_claim_without_measurements_is_undecided_and_does_not_affect_others():
     findings = judge({"none": [], "sure": [part(2.0)]})
     assert findings["none"].verdict == Verdict.UNDECIDED
     assert findings["none"].decisive is None
@@ -64,17 +64,17 @@ def test_nothing_measured_is_undecided_and_does_not_weigh_on_others():
 
 
 @pytest.mark.parametrize(("value", "verdict"), [(1.0, Verdict.REPRODUCED), (0.99, Verdict.NOT_REPRODUCED)])
-def test_what_does_not_depend_on_chance_is_sure(value: float, verdict: Verdict):
+def test_an_exact_statistic_is_decided(value: float, verdict: Verdict):
     finding = judge({"c": [exact("a share", value, 1.0, 1.0)]})["c"]
     assert (finding.verdict, finding.decisive.ci_low) == (verdict, value)
 
 
-def test_no_number_of_resamples_makes_sure():
+def test_resampling_never_gives_a_probability_of_zero():
     assert part(100.0).p_claim == pytest.approx(1 / 5001)
 
 
 @pytest.mark.parametrize("value", [math.nan, 2.0])
-def test_what_is_not_defined_is_undecided(value: float):
+def test_an_undefined_statistic_is_undecided(value: float):
     samples = np.where(np.arange(5000) < 10, np.nan, 2.0)
     tested = in_range("0 / 0", value, samples, 1.0, math.inf)
     assert tested.state == "unclear"
@@ -87,7 +87,7 @@ def test_holm_by_hand():
 
 
 @given(st.dictionaries(st.text(max_size=3), st.floats(0, 1), max_size=8))
-def test_holm_keeps_the_order_and_lies_between_nothing_and_bonferroni(chances: dict[str, float]):
+def test_holm_keeps_the_order_and_is_between_no_correction_and_bonferroni(chances: dict[str, float]):
     adjusted = holm(chances)
     for name, chance in chances.items():
         assert chance <= adjusted[name] <= min(1.0, chance * len(chances)) + 1e-12

@@ -1,4 +1,4 @@
-"""Curves with their bands, and the random walk that they are held against."""
+"""Learning curves with their bands, and the random walk as their baseline."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rl_design_space.design import Torus, Walled
 from tests.analysis.made_up import TRIALS, MadeUp
 
 
-def test_a_curve_is_a_row_a_trial():
+def test_a_curve_has_a_row_for_each_trial():
     made = MadeUp(until=5, noise=0.2, failed=0.25)
     frame = curve_frame(made)
     assert frame["trial"].tolist() == list(range(TRIALS))
@@ -30,7 +30,7 @@ def test_a_band_is_narrower_with_more_periods():
     assert widths[1] < widths[0] / 3
 
 
-def test_equal_periods_leave_nothing_open():
+def test_equal_periods_have_a_band_without_width():
     frame = curve_frame(MadeUp(noise=0.0))
     assert np.allclose(frame["ci_low"], frame["ci_high"])
 

@@ -1,4 +1,4 @@
-"""Parts of claims on made-up points: each turns when the data do."""
+"""Parts of claims on synthetic points: each result follows the data."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_a_value_that_no_point_has_cannot_be_the_best():
         part.test(DATA)
 
 
-def test_what_is_chosen_on_one_half_is_reported_on_the_other():
+def test_the_best_is_selected_on_one_half_and_compared_on_the_other():
     # The even periods of one are fast and its odd ones slow: chosen for the ones, it is judged by the others.
     class Lucky(MadeUp):
         @property
@@ -122,6 +122,6 @@ def test_a_point_that_is_missing_is_named():
     [{"measure": "speed"}, {"measure": "total_steps", "hi": 1.0}, {"measure": "total_steps", "high": "1"}],
     ids=str,
 )
-def test_a_part_that_is_not_as_it_should_be_is_refused(values: dict):
+def test_an_invalid_part_is_refused(values: dict):
     with pytest.raises(ValidationError):
         Level(what="-", point=ONE, **values)

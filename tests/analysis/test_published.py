@@ -1,4 +1,4 @@
-"""Measured values beside published ones, on periods made by hand."""
+"""Comparison of measured with published values, on periods built by hand."""
 
 from __future__ import annotations
 

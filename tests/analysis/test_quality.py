@@ -1,4 +1,4 @@
-"""What a representation is worth: chosen on one half of the periods, judged by the other."""
+"""Quality of a representation: selected on one half of the periods, judged on the other."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rl_design_space.analysis.quality import quality
 from tests.analysis.made_up import MadeUp
 
 
-def test_the_best_schedule_is_taken_and_described():
+def test_the_best_schedule_is_selected():
     fast = MadeUp(until=4, last=12.0, noise=0.0, exploration=3.0)
     found = quality({"slow": MadeUp(until=12, exploration=9.0), "fast": fast})
     assert found.best == "fast"
@@ -19,7 +19,7 @@ def test_the_best_schedule_is_taken_and_described():
     assert found.exploration == pytest.approx((3.0, 3.0, 3.0))
 
 
-def test_a_choice_that_could_have_been_another_widens_the_interval():
+def test_an_uncertain_selection_widens_the_interval():
     one, other = MadeUp(until=6, noise=0.9, exploration=1.0), MadeUp(until=6, noise=0.9001, exploration=5.0)
     steps = other.steps
 
@@ -32,7 +32,7 @@ def test_a_choice_that_could_have_been_another_widens_the_interval():
     assert (found.exploration.low, found.exploration.high) == pytest.approx((1.0, 5.0))
 
 
-def test_the_half_that_chooses_does_not_judge():
+def test_the_half_that_selects_does_not_judge():
     class Lucky(MadeUp):
         @property
         def steps(self):
@@ -54,7 +54,7 @@ def test_a_share_has_a_wilson_interval():
     assert found.never_near.high == pytest.approx(1.96**2 / (30 + 1.96**2), abs=1e-3)
 
 
-def test_one_period_can_be_described():
+def test_one_period_is_enough():
     found = quality({"only": MadeUp(periods=1)})
     assert found.best == "only"
     assert np.isnan(found.over_optimum.low)

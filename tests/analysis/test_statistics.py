@@ -1,4 +1,4 @@
-"""Estimates over periods, and how much of a sum its largest part makes."""
+"""Estimates over periods, and weights of the largest values."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_more_periods_make_a_narrower_interval():
 
 
 @pytest.mark.parametrize("count", [2, 3, 500])
-def test_values_that_are_all_equal_have_no_width(count: int):
+def test_equal_values_have_an_interval_without_width(count: int):
     assert mean_estimate(np.full(count, 7.0)) == (7.0, 7.0, 7.0)
 
 
@@ -88,7 +88,7 @@ def test_one_period_has_no_interval():
 
 @settings(deadline=None, max_examples=40)
 @given(values=st.lists(st.integers(1, 10_000), min_size=2, max_size=30))
-def test_an_interval_lies_within_the_values_and_warns_of_nothing(values: list[int]):
+def test_an_interval_is_within_the_values_and_gives_no_warning(values: list[int]):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         estimate = mean_estimate(np.array(values, dtype=float))

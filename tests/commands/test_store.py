@@ -12,7 +12,7 @@ from rl_design_space.commands import words
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
-from tests.tracking.stores import copy_database, learned, options, record, tracker_at
+from tests.tracking.stores import copy_database, learned, record, tracker_at, undelivered_tracker_at
 
 
 @pytest.fixture
@@ -37,16 +37,9 @@ def say(outputs: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
     return run
 
 
-class NoCourier:
-    """A courier that delivers nothing."""
-
-    def watch(self, name: str, done: object) -> None:
-        pass
-
-
 def undelivered(outputs: Path) -> MlflowTracker:
     """Return a tracker whose records stay pending."""
-    return options(outputs / "mlflow.db").open("", NoCourier())
+    return undelivered_tracker_at(outputs / "mlflow.db")
 
 
 def test_pending_records_are_delivered_once(say, outputs: Path):
@@ -83,7 +76,7 @@ def test_the_state_of_a_store(say, outputs: Path):
     undelivered(outputs).record(*learned("seed=3"))
     status, said = say("store", "status")
     assert status == 0
-    for line in (r"points +1 complete", r"incomplete +1 FAILED", r"deleted +1 runs", r"unsynced +1 points, 1 records"):
+    for line in (r"points +1 complete", r"incomplete +1 FAILED", r"deleted +1 runs", r"pending +1 points, 1 records"):
         assert re.search(line, said), said
     status, said = say("store", "compact")
     assert "1 deleted runs removed" in said

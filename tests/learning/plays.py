@@ -1,4 +1,4 @@
-"""Single periods of the compiled learner, of a design point or on tables made by hand."""
+"""Learning single periods, of a design point or of tables built by hand."""
 
 from __future__ import annotations
 
@@ -40,25 +40,25 @@ class Play(NamedTuple):
 
 
 def corridor(cells: int) -> np.ndarray:
-    """Transition table of cells in a line; moves up and down, and against the ends, stay."""
+    """Return the transition table of cells in a line; steps up, down and against the ends have no effect."""
     cell = np.arange(cells, dtype=np.int32)
     return np.array([np.minimum(cell + 1, cells - 1), np.maximum(cell - 1, 0), cell, cell], dtype=np.int32)
 
 
 def word_for(action: int, n_actions: int) -> int:
-    """A random word whose lower half draws this action from all of them."""
+    """Return a random word whose lower half selects this action among all."""
     return -(-action * COIN_SIDES // n_actions)
 
 
 def state_yielding(word: int) -> list[int]:
-    """State of a generator whose first word is this one: rotl(s0 + s3, 23) + s0 with s3 = -s0."""
+    """Return the state of a generator whose first word is this one: rotl(s0 + s3, 23) + s0 with s3 = -s0."""
     return [word, 1, 2, -word % 2**64]
 
 
 def play(
     next_cell, layout, *, observation=None, lengths=(1,), epsilon=0.0, trials=1, state=(1, 2, 3, 4), **rules
 ) -> Play:
-    """Learn one period on these tables; every (counter, cell) has its own row of the Q-matrix if not told."""
+    """Learn one period on tables; by default every (counter, cell) has its own row of the Q-matrix."""
     n_goals, cells = len(layout) - 1, next_cell.shape[1]
     if observation is None:
         observation = np.arange(n_goals * cells).reshape(n_goals, cells)
@@ -68,7 +68,7 @@ def play(
 
 
 def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
-    """Learn one period of a point; with the result come the observation codes of its Q-matrix, row by row."""
+    """Learn one period of a point; return the result and the observation codes of the rows of its Q-matrix."""
     layout = layouts_of(point)[period]
     codes = observation_codes(point, layout[np.newaxis, 1:])
     tables = learning_tables(point)
@@ -78,7 +78,7 @@ def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
 
 
 def _learn(next_cell, codes, layout, threshold, lengths, rules, state) -> Play:
-    # Read-only as in a simulation: the learner is compiled anew for other types.
+    # Read-only as in a simulation: the kernel would be compiled again for other types.
     generator, layout = np.array([state], dtype=np.uint64), np.array([layout], dtype=np.int32)
     generator.setflags(write=False)
     layout.setflags(write=False)

@@ -1,4 +1,4 @@
-"""Random design points, small enough that a slow learner keeps up."""
+"""Random design points, small enough for the reference implementation."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ explorations = st.one_of(
     st.builds(Sigmoidal, p=st.floats(0.1, 10), q=st.floats(-5, 10), first_trial=first_trials),
 )
 
-#: No more than two sets: the learner is compiled anew for every number of them.
+#: No more than two sets: the kernel is compiled again for every number of action lengths.
 multi_step_actions = st.builds(
     MultiStepActions,
     lengths=st.lists(st.integers(2, 6), max_size=2, unique=True).map(tuple),
@@ -71,7 +71,7 @@ learners = st.builds(
 
 @st.composite
 def points(draw: st.DrawFn) -> DesignPoint:
-    """Any combination of options and readings; the step cap is often met, also inside a multi-step action."""
+    """Draw any combination of options and readings; the step cap is often met, also within a multi-step action."""
     world = draw(worlds)
     width, height = world.shape
     task = Task(

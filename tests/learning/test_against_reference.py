@@ -1,4 +1,4 @@
-"""The compiled learner and the plain one agree in every bit, on any design point."""
+"""The compiled learner and the reference implementation agree bit for bit on any design point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was compiled is kept, used again, and never used once it is old; where it cannot be kept, learning goes on."""
+"""The cache of compiled code: used again while the source is unchanged; learning works without it, too."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.command_runner import Completed, finished
 
 PACKAGE = Path(__file__).parents[2] / "rl_design_space"
 
-# Put into the copied package: it compiles in a tenth of the time that the functions of the package take.
+# A module for the copied package: it compiles in a tenth of the time of the package's own functions.
 SMALL = """
 from rl_design_space.learning.compiled import compiled_and_kept
 
@@ -23,13 +23,13 @@ from rl_design_space.learning.compiled import compiled_and_kept
 def more(number):
     return number + 1
 """
-# The result, and how many signatures were compiled rather than loaded.
+# Prints the result, and the number of signatures that were compiled, not loaded.
 PROGRAM = """
 from rl_design_space.learning.small import more
 print(more(1), sum(more.stats.cache_misses.values()))
 """
 COMPILED, LOADED = "2 1", "2 0"
-# The same of a function of the package: a tour of two moves along a corridor.
+# The same for a function of the package: a tour of two steps along a corridor.
 TOUR = """
 import numpy as np
 from rl_design_space.learning import optimum
@@ -79,7 +79,7 @@ def first(root: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Complet
 
 @pytest.fixture
 def cache(first: tuple[Completed, Path], tmp_path: Path) -> Path:
-    """A copy of the cache that the first run has left."""
+    """A copy of the cache after the first run."""
     shutil.copytree(first[1], tmp_path / "cache")
     return tmp_path / "cache"
 
@@ -104,49 +104,49 @@ def _finished(process: subprocess.Popen[str]) -> Completed:
     return Completed(done.args, done.returncode, done.stdout.strip(), done.stderr)
 
 
-def kept(cache: Path) -> set[Path]:
+def files_in(cache: Path) -> set[Path]:
     return {path for path in cache.rglob("*") if path.is_file()}
 
 
-def test_another_process_loads_what_was_compiled(first: tuple[Completed, Path], run: Run, cache: Path):
+def test_another_process_loads_compiled_code(first: tuple[Completed, Path], run: Run, cache: Path):
     assert first[0].stdout == COMPILED
-    files = kept(cache)
+    files = files_in(cache)
     assert len(files) == 1
     again = run()
-    assert (again.stdout, again.stderr, kept(cache)) == (LOADED, "", files)
+    assert (again.stdout, again.stderr, files_in(cache)) == (LOADED, "", files)
 
 
-def test_a_function_of_the_package_is_kept(run: Run):
+def test_a_function_of_the_package_is_cached(run: Run):
     assert [run(TOUR).stdout, run(TOUR).stdout] == [COMPILED, LOADED]
 
 
-def test_what_was_compiled_from_other_source_is_not_used_and_goes(run: Run, cache: Path, edit):
-    old = kept(cache)
+def test_code_compiled_from_other_source_is_not_used_and_is_removed(run: Run, cache: Path, edit):
+    old = files_in(cache)
     edit("small.py", "number + 1", "number + 10")
     assert run().stdout == "11 1"
-    assert len(kept(cache)) == 1
-    assert not kept(cache) & old
+    assert len(files_in(cache)) == 1
+    assert not files_in(cache) & old
 
 
-def test_a_change_in_a_file_that_the_function_calls_counts_too(run: Run, edit):
+def test_a_change_in_another_file_of_the_package_is_detected(run: Run, edit):
     edit("behaviour.py", "from __future__", "# Another version.\nfrom __future__")
     assert run().stdout == COMPILED
 
 
-def test_a_missing_folder_is_made(run: Run, tmp_path: Path):
+def test_a_missing_folder_is_created(run: Run, tmp_path: Path):
     folder = tmp_path / "not" / "yet"
     assert run(folder=folder).stdout == COMPILED
-    assert len(kept(folder)) == 1
+    assert len(files_in(folder)) == 1
 
 
 @pytest.fixture
 def nowhere(tmp_path: Path) -> Path:
-    """A folder that cannot be. Not by permissions: they do not keep out a superuser, whom containers often run as."""
+    """A folder that cannot be created, even by the superuser, as whom containers often run."""
     (tmp_path / "file").write_text("")
     return tmp_path / "file" / "folder"
 
 
-def test_a_folder_that_cannot_be_used_is_replaced_by_the_next_to_the_source(run: Run, tmp_path: Path, nowhere: Path):
+def test_a_folder_that_cannot_be_used_is_replaced_by_the_one_beside_the_source(run: Run, tmp_path: Path, nowhere: Path):
     root = copied(tmp_path / "other")
     assert run(folder=nowhere, root=root).stdout == COMPILED
     assert run(folder=nowhere, root=root).stdout == LOADED
@@ -160,15 +160,15 @@ def test_without_any_folder_one_warning_is_given(
     (root / PACKAGE.name / "learning" / "__pycache__").write_text("")
     monkeypatch.setenv("HOME", str(nowhere))
     monkeypatch.setenv("XDG_CACHE_HOME", str(nowhere))
-    # With the functions that are kept of the package, the learner and the optimum.
+    # With the cached functions of the package, the kernel and the optimum.
     finished = run("from rl_design_space.learning import kernel, optimum\n" + PROGRAM, nowhere, root)
     assert finished.stdout.startswith("2 ")
     assert finished.stderr.count("RuntimeWarning") == 1
     assert "NUMBA_CACHE_DIR" in finished.stderr
 
 
-def test_a_damaged_file_gives_a_warning_and_is_mended(run: Run, cache: Path):
-    (file,) = kept(cache)
+def test_a_corrupted_file_gives_a_warning_and_is_replaced(run: Run, cache: Path):
+    (file,) = files_in(cache)
     file.write_bytes(file.read_bytes()[:100])
     finished = run()
     assert finished.stdout == COMPILED
@@ -183,4 +183,4 @@ def test_processes_that_compile_at_once_do_not_disturb_each_other(root: Path, tm
         finished = _finished(process)
         assert finished.stdout in (COMPILED, LOADED)
         assert finished.stderr == ""
-    assert len(kept(cache)) == 1
+    assert len(files_in(cache)) == 1

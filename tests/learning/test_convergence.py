@@ -1,4 +1,4 @@
-"""With every action tried often enough, a deterministic world is learned exactly."""
+"""Convergence: if every action is tried often enough, a deterministic world is learned exactly."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ REWARDS = {
 
 
 def optimal_values(world: World, layout: list[int], reward: GoalReward, lengths: tuple[int, ...]) -> np.ndarray:
-    """Value iteration over (counter, cell, action); the state after the final goal is worth nothing."""
+    """Iterate values over (counter, cell, action); the state after the final goal has value 0."""
     _, *goals = layout
     n_goals, next_cell = len(goals), world.next_cell()
     values = np.zeros((n_goals, next_cell.shape[1], 4 * len(lengths)))
@@ -58,7 +58,7 @@ def optimal_values(world: World, layout: list[int], reward: GoalReward, lengths:
 
 
 def walk_greedily(world: World, layout: list[int], values: np.ndarray) -> int:
-    """Moves of the best primitive actions from the start to the final goal, at most 100."""
+    """Return the steps of the greedy primitive actions from the start to the final goal, at most 100."""
     next_cell = world.next_cell()
     cell, *goals = layout
     reached = moves = 0

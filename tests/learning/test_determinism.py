@@ -1,4 +1,4 @@
-"""The same point gives the same bits, however and wherever it is learned; points of equal size share layouts."""
+"""Determinism: a point gives the same bits wherever it is learned; points of equal size share layouts."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ GOLDEN = (1, "e8aa684eaeae76440fdb1e9aa6f685d647ab5bb57b32050595eb8ac0bffcab12")
 
 
 def digest(points: dict[str, DesignPoint]) -> str:
-    """Of steps and success of all points."""
+    """Return a digest of steps and success of all points."""
     found = hashlib.sha256()
     for point in points.values():
         curves = simulate(point, threads=1)
@@ -62,7 +62,7 @@ def digest(points: dict[str, DesignPoint]) -> str:
 
 @pytest.mark.parametrize("threads", [2, 3])
 @pytest.mark.parametrize("name", VARIANTS)
-def test_threads_do_not_matter(name: str, threads: int):
+def test_the_number_of_threads_does_not_change_results(name: str, threads: int):
     alone, together = simulate(VARIANTS[name], threads=1), simulate(VARIANTS[name], threads=threads)
     np.testing.assert_array_equal(together.steps, alone.steps)
     np.testing.assert_array_equal(together.success, alone.success)
@@ -71,7 +71,7 @@ def test_threads_do_not_matter(name: str, threads: int):
 
 @pytest.mark.parametrize("codes", [1, 36 * 2 * 5, 10**9])
 @pytest.mark.parametrize("name", VARIANTS)
-def test_the_size_of_shares_does_not_matter(name: str, codes: int, monkeypatch: pytest.MonkeyPatch):
+def test_the_size_of_shares_does_not_change_results(name: str, codes: int, monkeypatch: pytest.MonkeyPatch):
     expected = simulate(VARIANTS[name]).steps
     monkeypatch.setattr(simulation, "_CODES_IN_FLIGHT", codes)
     np.testing.assert_array_equal(simulate(VARIANTS[name], threads=1).steps, expected)
@@ -79,14 +79,14 @@ def test_the_size_of_shares_does_not_matter(name: str, codes: int, monkeypatch: 
 
 @pytest.mark.parametrize("lanes", [1, 4, 5, 8, LANES])
 @pytest.mark.parametrize("name", VARIANTS)
-def test_how_many_are_learned_side_by_side_does_not_matter(name: str, lanes: int, monkeypatch: pytest.MonkeyPatch):
+def test_the_number_of_lanes_does_not_change_results(name: str, lanes: int, monkeypatch: pytest.MonkeyPatch):
     point = replace(VARIANTS[name], task=replace(VARIANTS[name].task, periods=2 * LANES + 1))
     expected = simulate(point).steps
     monkeypatch.setattr(simulation, "_side_by_side", lambda *_, **__: lanes)
     np.testing.assert_array_equal(simulate(point, threads=1).steps, expected)
 
 
-def test_another_process_gets_the_same():
+def test_another_process_gets_the_same_results():
     program = "from tests.learning.test_determinism import VARIANTS, digest; print(digest(VARIANTS))"
     assert python(program, cwd=ROOT).strip() == digest(VARIANTS)
 
@@ -122,12 +122,12 @@ def test_direct_learns_step_for_step_as_ad_hoc(point: DesignPoint):
     ],
     ids=lambda other: next(iter(other)),
 )
-def test_points_of_equal_size_meet_the_same_layouts(other: dict[str, object]):
+def test_points_of_equal_size_have_the_same_layouts(other: dict[str, object]):
     # Start and goals are not part of the result, but thirteen optimal tours tell layouts apart.
     np.testing.assert_array_equal(simulate(replace(SMALL, **other)).optimum, simulate(SMALL).optimum)
 
 
-def test_walls_change_the_way_but_not_the_layout():
+def test_walls_change_the_optimum_but_not_the_layout():
     layout = layouts(SMALL.seed, 36, 2, 13)
     walled = replace(SMALL, world=Walled(size=6))
     way = np.abs(np.diff(layout % 6)) + np.abs(np.diff(layout // 6))
@@ -148,18 +148,18 @@ def test_more_goals_and_more_periods_keep_the_earlier_ones(n_goals: int):
     np.testing.assert_array_equal(behaviour_states(3, 10)[:5], behaviour_states(3, 5))
 
 
-def test_every_cell_is_drawn_equally_often_in_every_place():
+def test_every_cell_is_drawn_equally_often_in_every_position():
     counts = np.stack([np.bincount(column, minlength=5) for column in layouts(0, 5, 2, 5000).T])
     assert np.abs(counts - 1000).max() < 4 * np.sqrt(5000 * 0.2 * 0.8)
 
 
-def test_another_seed_and_another_period_draw_anew():
+def test_other_seeds_and_other_periods_have_other_layouts():
     words = [tuple(state) for seed in range(3) for state in behaviour_states(seed, 20).tolist()]
     assert len(set(words)) == 60
     assert not np.array_equal(layouts(0, 100, 3, 20), layouts(1, 100, 3, 20))
 
 
-def test_layout_and_behaviour_are_streams_apart():
+def test_layout_and_behaviour_have_different_streams():
     # A generator that began with the words that drew the layout would tie behaviour to goals.
     first_words = behaviour_states(0, 50)[:, 0] >> np.uint64(32)
     starts = (first_words * np.uint64(100)) >> np.uint64(32)

@@ -1,4 +1,4 @@
-"""What is read off a point's periods, against numbers worked out by hand."""
+"""Measures of periods, compared with numbers computed by hand."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def of_curve(name: str, curves: np.ndarray) -> np.ndarray:
     return found.of(curves)
 
 
-def test_a_curve_has_converged_where_it_stays():
+def test_a_curve_has_converged_when_it_stays_near_its_level():
     curves = np.array([[9.0, 1.0, 9.0, 1.0, 1.0], [1.0, 1.0, 1.0, 1.0, 1.0], [9.0, 9.0, 9.0, 9.0, 9.0]])
     assert of_curve("trials_to_optimum", curves).tolist() == [3, 0, 5]
 
@@ -62,14 +62,14 @@ def test_a_smooth_curve_is_less_rough():
     assert of_curve("roughness", np.exp(np.arange(9.0))) == pytest.approx(0)
 
 
-def test_another_name_is_the_same_measure():
+def test_an_alias_names_the_same_measure():
     assert {alias: measure(alias) for alias in ALIASES} == {alias: MEASURES[name] for alias, name in ALIASES.items()}
     with pytest.raises(KeyError):
         measure("totl_steps")
 
 
 @pytest.mark.parametrize("name", MEASURES)
-def test_a_measure_is_the_mean_of_its_periods_if_it_has_any(name: str):
+def test_a_measure_is_the_mean_of_its_numbers_of_periods(name: str):
     each = measure(name).each(PLAIN)
     assert (each is None) == isinstance(MEASURES[name], CurveMeasure)
     if each is not None:
@@ -85,7 +85,7 @@ def test_resamples_scatter_around_the_value(name: str):
     assert samples.min() <= value(name, MadeUp(noise=0.3)) <= samples.max()
 
 
-def test_weights_are_those_of_whole_periods_and_can_be_repeated():
+def test_weights_are_those_of_whole_periods_and_reproducible():
     weights = resample_weights(7, seed=3, resamples=50)
     assert np.allclose(weights.sum(axis=1), 1)
     assert np.allclose(weights * 7, np.round(weights * 7))

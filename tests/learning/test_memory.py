@@ -1,4 +1,4 @@
-"""Memory grows with the cells of the world and the periods in flight, not with the steps that are learned."""
+"""Memory of learning grows with the cells of the world and the running periods, not with the steps."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ POINT = DesignPoint(task=Task(goals=1, trials=50, periods=20), world=Torus(size=
 
 
 def peak(point: DesignPoint) -> int:
-    """Bytes that learning a point has held at most, once all is compiled and cached."""
+    """Return the peak memory of learning a point in bytes, after compilation."""
     simulate(point, threads=1)
     tracemalloc.start()
     try:
@@ -28,7 +28,7 @@ def test_more_steps_need_no_more_memory():
     assert peak(many) < 1.05 * peak(few)
 
 
-def test_more_periods_than_are_in_flight_need_only_what_they_yield():
+def test_more_periods_than_lanes_need_memory_for_their_results_only():
     # Five bytes a trial, and start, goal and generator state: less than 100 bytes a period.
     once, again = (replace(POINT, task=replace(POINT.task, trials=1, periods=periods)) for periods in (1000, 3000))
     assert peak(again) < peak(once) + 2000 * 150

@@ -1,4 +1,4 @@
-"""The exact optimum, and that nobody beats it."""
+"""The exact optimum: a lower bound for every trial."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.learning.plays import corridor
 
 
 def manhattan_tour(world: World, tour: list[int]) -> int:
-    """The closed form of a shortest tour, from coordinates alone."""
+    """Return the length of a shortest tour in closed form, from coordinates."""
     width, height = world.shape
     total = 0
     for origin, target in pairwise(tour):

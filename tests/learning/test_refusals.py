@@ -1,4 +1,4 @@
-"""A component whose table does not fit is refused before the learner reads or writes beside it."""
+"""Components with wrong tables are refused before the kernel accesses memory outside of its arrays."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ MISFITS = {
 
 @pytest.fixture
 def _no_learning(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A learner that got these tables would read and write anywhere: let it fail instead."""
+    """Make the kernel fail, because with these tables it would read and write anywhere."""
 
     def learn(next_cell, lengths, threshold, rules, observation, *others):
         assert len(observation) == 0, "a table that does not fit has reached the learner"
@@ -64,7 +64,7 @@ def _no_learning(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("_no_learning")
 @pytest.mark.parametrize("name", MISFITS)
-def test_a_table_that_does_not_fit_is_refused_by_name(name: str):
+def test_a_wrong_table_is_refused_by_name(name: str):
     point = replace(POINT, **MISFITS[name])
     with pytest.raises(ValueError, match="|".join([*MISFITS[name], "schedule", "next_cell", "table"])):
         simulate(point, threads=1)

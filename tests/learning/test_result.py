@@ -1,4 +1,4 @@
-"""What is read off the steps of a point, worked out by hand for two periods of three trials."""
+"""Results: scalars, curves, frames and files, by hand for two periods of three trials."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CAP = 100
 
 
 def curves_of(steps: list[list[int]], optimum: list[int], seconds: float = 0.5) -> LearningCurves:
-    """Curves of these steps; a trial at the cap has failed."""
+    """Return a result with these steps; a trial at the cap has failed."""
     table = np.array(steps, dtype=np.int32)
     return LearningCurves(
         steps=table,
@@ -74,7 +74,7 @@ def test_curves(name: str, expected: list[float]):
     np.testing.assert_allclose(TWO_PERIODS.curves[name], expected)
 
 
-def test_there_are_no_other_names():
+def test_there_are_no_other_scalars_and_curves():
     assert set(TWO_PERIODS.curves) == {
         "steps/mean",
         "steps/median",
@@ -117,7 +117,7 @@ def test_sums_of_long_periods_do_not_overflow():
     assert curves.total_steps.tolist() == [1000 * (2.0**31 - 1)] * 2
 
 
-def test_a_summary_fits_the_screen():
+def test_the_repr_fits_the_screen():
     assert repr(TWO_PERIODS) == (
         "LearningCurves of 2 periods × 3 trials\n"
         "  total steps   98 ± 28 (standard error) a period\n"
@@ -127,18 +127,18 @@ def test_a_summary_fits_the_screen():
     )
 
 
-def test_the_summary_of_one_period_has_no_interval():
+def test_the_repr_of_one_period_has_no_standard_error():
     assert repr(curves_of([[40, 20, 10]], optimum=[10])).splitlines()[1] == "  total steps   70 a period"
 
 
-def test_a_frame_has_a_row_a_trial_and_a_column_a_curve():
+def test_a_frame_has_a_row_for_each_trial_and_a_column_for_each_curve():
     frame = TWO_PERIODS.to_frame()
     assert list(frame) == ["trial", *TWO_PERIODS.curves]
     assert frame["trial"].tolist() == [0, 1, 2]
     assert frame["steps/mean"].tolist() == [70, 20, 7.5]
 
 
-def test_a_frame_of_periods_has_a_row_a_period_and_trial():
+def test_a_frame_of_periods_has_a_row_for_each_period_and_trial():
     frame = TWO_PERIODS.to_frame(periods=True)
     rows = frame.itertuples(index=False, name=None)
     assert list(frame) == ["period", "trial", "steps", "success", "optimum", "epsilon"]
@@ -160,7 +160,7 @@ def test_a_frame_is_a_copy():
     assert TWO_PERIODS.optimum.tolist() == [10, 5]
 
 
-def test_looking_at_curves_changes_nothing():
+def test_computing_curves_does_not_change_the_result():
     curves = curves_of([[40, 20, 10], [CAP, 20, 5]], optimum=[10, 5])
     twin = pickle.loads(pickle.dumps(curves))
     assert repr(twin) == repr(curves)
@@ -174,7 +174,7 @@ POINT = DesignPoint(task=Task(goals=1, periods=2, trials=3), world=Torus(size=20
 
 @st.composite
 def results(draw: st.DrawFn) -> LearningCurves:
-    """Results of any shape; steps around what fits into 16 bits, and as many as can be."""
+    """Draw results of any shape, with steps around the limits of 16 and 32 bits."""
     periods, trials = shape = draw(array_shapes(min_dims=2, max_dims=2, max_side=6))
     steps = st.integers(1, 9) | st.sampled_from([65_535, 65_536, 2**31 - 1])
     return LearningCurves(
@@ -215,7 +215,7 @@ def test_a_file_holds_every_curve(tmp_path: Path, keep: Kept):
     assert {f"curve:{name}" for name in TWO_PERIODS.curves} <= set(read_arrays(tmp_path / "result.npz"))
 
 
-def test_a_file_of_curves_alone_is_not_loaded(tmp_path: Path):
+def test_a_file_of_curves_only_cannot_be_loaded(tmp_path: Path):
     TWO_PERIODS.save(tmp_path / "result.npz", keep="curves")
     with pytest.raises(LookupError, match="learning curves alone"):
         LearningCurves.load(tmp_path / "result.npz")

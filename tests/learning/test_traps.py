@@ -1,4 +1,4 @@
-"""Mistakes that were made before, in this or in other implementations: one test each, on tables made by hand.
+"""Known mistakes, of this and of other implementations: one test each, on tables built by hand.
 
 The learner of these tests replaces a Q-value by its target (α = 1), pays -1 a move, 4 for a due sub-goal and 8
 for the due final goal, and among equals takes the first action, to the right, unless a test says otherwise.
@@ -34,7 +34,7 @@ LONG_RIGHT = 4
 
 
 def first_action(word: int, **rules: object) -> int:
-    """The action that an agent takes with this random word where every move costs 1, seen by what it changes."""
+    """Return the action that a random word selects if every step costs 1: the one whose value changes."""
     all_to_the_middle = np.ones((4, 3), dtype=np.int32)
     q = play(all_to_the_middle, [0, 2], state=state_yielding(word), max_steps=1, **rules).q
     return int(np.flatnonzero(q[0]).item())
@@ -45,13 +45,13 @@ WORDS = range(COIN_SIDES // 24, COIN_SIDES, COIN_SIDES // 12)
 
 
 def frequencies(**rules: object) -> list[float]:
-    """Share of each action over evenly spread random words."""
+    """Return the share of each action over evenly spread random words."""
     counted = Counter(first_action(word, **rules) for word in WORDS)
     return [counted[action] / len(WORDS) for action in range(4)]
 
 
 def play_long_right(cells: int, goals: list[int], length: int, **rules: object):
-    """From the left end of a corridor, begin with a multi-step action to the right."""
+    """Begin at the left end of a corridor with a multi-step action to the right."""
     state = state_yielding(word_for(LONG_RIGHT, 8))
     return play(corridor(cells), [0, *goals], lengths=(1, length), epsilon=1.0, state=state, gamma=0.5, **rules)
 
@@ -85,7 +85,7 @@ def test_the_upper_half_of_a_word_decides_whether_to_explore(upper: int, explore
 
 
 @pytest.mark.parametrize(("out_of_order", "expected"), [(-1.0, -1.0), (0.0, 0.0)])
-def test_a_goal_out_of_order_pays_like_any_step_unless_told(out_of_order: float, expected: float):
+def test_a_goal_out_of_order_is_rewarded_like_any_step_by_default(out_of_order: float, expected: float):
     # The second goal lies before the first one.
     played = play(corridor(4), [0, 2, 1], max_steps=2, out_of_order_reward=out_of_order, gamma=0.0)
     assert played.q[0, RIGHT] == expected
@@ -105,7 +105,7 @@ def test_a_goal_already_reached_is_out_of_order_too():
 
 
 @pytest.mark.parametrize(("learner", "paid"), [({}, -0.1), ({"out_of_order": "zero"}, 0.0)])
-def test_a_point_pays_an_ordinary_step_out_of_order_unless_told(learner: dict[str, str], paid: float):
+def test_a_point_rewards_a_goal_out_of_order_like_a_step_by_default(learner: dict[str, str], paid: float):
     # In a world of two by two cells all but the start hold goals; the start's neighbours are two of them.
     point = DesignPoint(
         task=Task(goals=3, trials=50, periods=1),
@@ -119,11 +119,11 @@ def test_a_point_pays_an_ordinary_step_out_of_order_unless_told(learner: dict[st
     assert values <= {paid, 1.0}
 
 
-def test_steps_count_moves_rather_than_decisions():
+def test_steps_are_counted_rather_than_decisions():
     assert play_long_right(4, [3], length=3).steps == [3]
 
 
-def test_the_moves_left_of_an_action_that_reaches_the_final_goal_are_not_counted():
+def test_remaining_steps_of_an_action_that_reaches_the_final_goal_are_not_counted():
     assert play_long_right(4, [2], length=3).steps == [2]
 
 
@@ -146,30 +146,30 @@ def test_distances_have_the_value_zero_too(size: int | tuple[int, int], values: 
     assert np.unique(codes).tolist() == list(range(values))
 
 
-def test_the_return_of_a_long_action_has_one_term_a_move():
+def test_the_return_of_a_multi_step_action_has_one_term_for_each_step():
     # -1 - 1/2 + 8/4, and nothing follows the final goal.
     assert play_long_right(4, [3], length=3).q[0, LONG_RIGHT] == 0.5
 
 
-def test_the_printed_return_of_a_long_action_has_one_term_more_of_the_first_reward():
+def test_the_printed_return_of_a_multi_step_action_has_one_more_term_of_the_first_reward():
     q = play_long_right(4, [3], length=3, printed_msa_reward=True).q
     assert q[0, LONG_RIGHT] == -(1 + 1 / 2 + 1 / 4 + 1 / 8)
 
 
-def test_a_sub_goal_met_on_the_way_pays_at_its_move():
+def test_a_sub_goal_on_the_way_is_rewarded_at_its_step():
     # -1 + 4/2 - 1/4, then the value 0 of the cell behind.
     played = play_long_right(6, [2, 5], length=3, max_steps=3)
     assert played.q[0, LONG_RIGHT] == 0.75
     assert played.steps == [3]
 
 
-def test_the_bootstrap_is_discounted_by_the_moves_really_made():
+def test_the_bootstrap_is_discounted_by_the_executed_steps():
     # The cap ends the action after two of five moves: -1 - 1/2 + 16/4.
     q = play_long_right(9, [8], length=5, max_steps=2, initial_q=16.0).q
     assert q[0, LONG_RIGHT] == 2.5
 
 
-def test_the_bootstrap_of_an_action_stopped_at_a_sub_goal_is_discounted_by_the_moves_made():
+def test_the_bootstrap_of_an_action_stopped_at_a_sub_goal_is_discounted_by_the_executed_steps():
     # Two of five moves: -1 + 4/2 + 16/4, from the row of the sub-goal with the counter at 1.
     q = play_long_right(9, [2, 8], length=5, max_steps=3, initial_q=16.0, stop_at_sub_goal=True).q
     assert q[0, LONG_RIGHT] == 5.0
@@ -183,7 +183,7 @@ def test_stopping_at_a_sub_goal_is_a_reading():
     assert stopping[0, LONG_RIGHT] == -1 + 4 / 2 + 16 / 4
 
 
-def test_only_primitive_moves_learn_from_a_long_action_unless_told():
+def test_only_primitive_actions_learn_from_a_multi_step_action_by_default():
     # Behind the first move the value is 0, so every primitive move to the right is worth -1 but the last one.
     q = play_long_right(4, [3], length=3, propagated_lengths=1).q
     assert q[:3, RIGHT].tolist() == [-1.0, -1.0, 8.0]
@@ -210,11 +210,11 @@ def test_the_terminal_state_is_never_updated(propagation: str):
     assert np.count_nonzero(q != 3.0) > 100
 
 
-def test_the_final_goal_is_worth_its_reward_alone():
+def test_the_value_of_reaching_the_final_goal_is_its_reward():
     assert play(corridor(2), [0, 1], initial_q=100.0).q[0, RIGHT] == 8.0
 
 
-def test_the_final_goal_is_worth_its_reward_alone_to_the_moves_of_a_long_action_too():
+def test_propagated_values_of_reaching_the_final_goal_are_its_reward():
     q = play_long_right(4, [3], length=3, initial_q=100.0, propagated_lengths=1).q
     assert q[2, RIGHT] == 8.0
     assert q[0, LONG_RIGHT] == 0.5
@@ -227,7 +227,7 @@ def test_the_state_at_the_step_cap_is_not_terminal():
     assert played.q[0, RIGHT] == 15.0
 
 
-def test_a_goal_reached_with_the_last_move_is_a_success():
+def test_a_goal_reached_with_the_last_step_is_a_success():
     played = play(corridor(3), [0, 2], max_steps=2)
     assert (played.steps, played.success) == ([2], [True])
 
@@ -241,6 +241,6 @@ def test_layouts_do_not_differ_between_points():
 
 
 @pytest.mark.parametrize(("printed", "expected"), [(False, -1 + 0.5 * 16), (True, 16 + (-1 + 0.5 * (16 - 16)))])
-def test_the_discount_of_the_standard_rule_leaves_the_old_value_alone(printed: bool, expected: float):
+def test_the_standard_rule_does_not_discount_the_old_value(printed: bool, expected: float):
     q = play(corridor(5), [0, 4], max_steps=1, initial_q=16.0, gamma=0.5, printed_update=printed).q
     assert q[0, RIGHT] == expected

@@ -1,4 +1,4 @@
-"""Databases to write to, and who writes and reads."""
+"""Databases, trackers and clients."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from tests.tracking.stores import copy_database, tracker_at
 
 @pytest.fixture
 def database(empty_database: Path, tmp_path: Path) -> Path:
-    """A new database of a test's own."""
+    """An empty database."""
     copy_database(empty_database, tmp_path / "mlflow.db")
     return tmp_path / "mlflow.db"
 
 
 @pytest.fixture(scope="module")
 def shared_database(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A database that the tests of a module share and leave as it is."""
+    """A database that the tests of a module share."""
     database = tmp_path_factory.mktemp("shared") / "mlflow.db"
     copy_database(empty_database, database)
     return database

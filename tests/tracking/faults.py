@@ -1,4 +1,4 @@
-"""Processes that are killed right at a stage of writing, and what is left of their sweeps."""
+"""Killing the tracker process, or a whole sweep, at chosen stages of writing."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pathlib import Path
 
 from tests.command_runner import PATIENCE, SCRIPTS, environment
 
-#: Put where Python looks when it starts: it kills the tracker process, or its whole process group, at stages that the
-#: environment names, each once. Nothing of the program knows about it.
+#: A sitecustomize.py, which Python imports at start: it kills the tracker process, or its process group, at stages that
+#: files in a folder name, each once. The program does not know about it.
 SABOTAGE = """
 import os, signal, sys
 
 if "rl_design_space.tracking.process" in sys.orig_argv:
     from mlflow import MlflowClient
 
-    folder, whom = os.environ["FAULTS"], os.environ["FAULT_KILLS"]
+    folder, target = os.environ["FAULTS"], os.environ["FAULT_KILLS"]
     counts = {}
 
     def strike(stage):
@@ -25,7 +25,7 @@ if "rl_design_space.tracking.process" in sys.orig_argv:
             os.remove(os.path.join(folder, stage))
         except FileNotFoundError:
             return
-        os.kill(os.getpid(), signal.SIGKILL) if whom == "tracker" else os.killpg(0, signal.SIGKILL)
+        os.kill(os.getpid(), signal.SIGKILL) if target == "tracker" else os.killpg(0, signal.SIGKILL)
 
     def sabotage(name):
         original = getattr(MlflowClient, name)
@@ -61,10 +61,10 @@ class Sabotage:
         self._environment = environment(folder, FAULTS=str(self._faults), FAULT_KILLS=kills)
 
     def run(self, *words: str, faults: tuple[str, ...] = ()) -> tuple[int, str]:
-        """Run rl-design-space in a process group of its own; its exit status and what it said.
+        """Run rl-design-space in a process group of its own; return its exit status and output.
 
         Args:
-            words: of the command.
+            words: arguments.
             faults: stages at which to strike, e.g. `after log_batch 2`.
         """
         for fault in faults:
@@ -79,9 +79,9 @@ class Sabotage:
             start_new_session=True,
         )
         try:
-            said, _ = process.communicate(timeout=PATIENCE)
+            output, _ = process.communicate(timeout=PATIENCE)
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
-        assert not list(self._faults.iterdir()), f"a fault did not happen; {said}"
-        return process.returncode, said
+        assert not list(self._faults.iterdir()), f"a fault did not happen; {output}"
+        return process.returncode, output

@@ -1,4 +1,4 @@
-"""Faults that really happen, through the real command: no point lost, none there twice, no run RUNNING for ever."""
+"""Real faults, through the real command: no point is lost or stored twice, no run stays RUNNING."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def folder(tmp_path: Path, empty_database: Path) -> Path:
 
 
 def check(folder: Path, sweeps: set[str] = frozenset({"FINISHED"})) -> None:
-    """Every point is there once and complete, nothing is RUNNING, nothing waits."""
+    """Check that every point is stored once and complete, nothing is RUNNING, and no record is pending."""
     store = Store(folder / "out" / "mlflow.db")
     assert sorted(store.finished().values()) == [1] * POINTS
     assert store.incomplete() == 0
@@ -42,7 +42,7 @@ def check(folder: Path, sweeps: set[str] = frozenset({"FINISHED"})) -> None:
     assert not list((folder / "out" / "spool").glob("*/*.record"))
 
 
-#: One stage of each step that writing a point takes (the first run is that of the sweep), and of ending the sweep.
+#: Stages of writing a point (the first run is the summary run of the sweep), and of closing the sweep.
 STAGES = (
     "before create_run 1",
     "after create_run 2",
@@ -53,29 +53,29 @@ STAGES = (
 )
 
 
-def test_a_tracker_that_is_killed_at_every_stage_is_started_again(folder: Path):
+def test_a_tracker_process_that_is_killed_at_every_stage_is_restarted(folder: Path):
     sabotage = Sabotage(folder, "tracker")
-    # Each stage is counted from the start of a tracker process, so they strike one process after the other.
-    status, said = sabotage.run(*SWEEP, faults=(STAGES[0], STAGES[3], STAGES[5]))
-    assert status == 0, said
+    # Stages are counted from the start of a tracker process, so each process is killed at one of them.
+    status, output = sabotage.run(*SWEEP, faults=(STAGES[0], STAGES[3], STAGES[5]))
+    assert status == 0, output
     check(folder)
-    status, said = sabotage.run(*SWEEP, "seed=1", faults=("after create_run 2", "after log_batch 1"))
-    assert status == 0, said
+    status, output = sabotage.run(*SWEEP, "seed=1", faults=("after create_run 2", "after log_batch 1"))
+    assert status == 0, output
     assert sorted(Store(folder / "out" / "mlflow.db").finished().values()) == [1] * 2 * POINTS
     assert Store(folder / "out" / "mlflow.db").sweeps() == ["FINISHED"] * 2
 
 
-def test_a_sweep_that_is_killed_at_every_stage_is_gone_on_with(folder: Path):
+def test_a_sweep_that_is_killed_at_every_stage_is_resumed(folder: Path):
     sabotage = Sabotage(folder, "sweep")
     for stage in STAGES:
-        status, said = sabotage.run(*SWEEP, faults=(stage,))
-        assert status == -signal.SIGKILL, said
-    status, said = sabotage.run(*SWEEP)
-    assert status == 0, said
+        status, output = sabotage.run(*SWEEP, faults=(stage,))
+        assert status == -signal.SIGKILL, output
+    status, output = sabotage.run(*SWEEP)
+    assert status == 0, output
     check(folder, {"FINISHED", "KILLED"})
 
 
-def test_a_locked_database_is_waited_for(folder: Path):
+def test_a_locked_database_is_retried(folder: Path):
     store = Store(folder / "out" / "mlflow.db")
     with started(folder, *SWEEP) as process:
         wait_until(store.statuses, process)
@@ -88,18 +88,18 @@ def test_a_locked_database_is_waited_for(folder: Path):
     check(folder)
 
 
-def test_a_killed_sweep_learns_again_only_the_point_whose_record_is_damaged(folder: Path):
+def test_a_killed_sweep_learns_again_only_the_point_whose_record_is_corrupted(folder: Path):
     sabotage = Sabotage(folder, "sweep")
-    # The tracker strikes when all is learned: it takes seconds to start, learning does not.
-    status, said = sabotage.run(*SWEEP, faults=("before create_run 2",))
-    assert status == -signal.SIGKILL, said
+    # All is learned by then: starting the tracker process takes seconds, learning does not.
+    status, output = sabotage.run(*SWEEP, faults=("before create_run 2",))
+    assert status == -signal.SIGKILL, output
     damaged = next((folder / "out" / "spool").glob("*/1-point-*"))
     damaged.write_bytes(damaged.read_bytes()[:-1])
-    status, said = sabotage.run(*SWEEP)
-    assert status == 0, said
-    assert "1 learned now, 2 before" in said
-    (kept,) = (folder / "out" / "spool").glob("*/aside/*.record")
-    assert kept.name.endswith(damaged.name)
+    status, output = sabotage.run(*SWEEP)
+    assert status == 0, output
+    assert "1 learned now, 2 before" in output
+    (quarantined,) = (folder / "out" / "spool").glob("*/aside/*.record")
+    assert quarantined.name.endswith(damaged.name)
     check(folder, {"FINISHED", "KILLED"})
 
 
@@ -108,7 +108,7 @@ def test_a_killed_sweep_learns_again_only_the_point_whose_record_is_damaged(fold
 
 @pytest.fixture
 def small_disk(tmp_path: Path, empty_database: Path) -> Iterator[Path]:
-    """A folder whose outputs lie on a file system of their own, with a file that fills it but for a few kB."""
+    """A folder whose outputs are on a small file system of their own."""
     (tmp_path / "out").mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=24m", "none", str(tmp_path / "out")]
     if os.geteuid() != 0 or subprocess.run(mount, check=False, capture_output=True, timeout=PATIENCE).returncode:
@@ -121,7 +121,7 @@ def small_disk(tmp_path: Path, empty_database: Path) -> Iterator[Path]:
 
 
 def fill(folder: Path, left: int = 40_960) -> Path:
-    """Fill the disk but for some bytes."""
+    """Fill the disk except for some bytes; return the file that fills it."""
     filler = folder / "out" / "filler"
     with filler.open("wb", buffering=0) as file:
         try:
@@ -133,7 +133,7 @@ def fill(folder: Path, left: int = 40_960) -> Path:
     return filler
 
 
-def test_a_full_disk_is_waited_for(small_disk: Path):
+def test_a_full_disk_is_retried(small_disk: Path):
     filler = fill(small_disk)
     thread = Thread(target=lambda: (sleep(12), filler.unlink()))
     thread.start()
@@ -153,7 +153,9 @@ def test_a_disk_that_stays_full_ends_the_sweep_and_loses_nothing(small_disk: Pat
     check(small_disk, {"FINISHED", "KILLED"})
 
 
-def test_results_wait_for_a_database_whose_disk_is_full(small_disk: Path, tmp_path_factory: pytest.TempPathFactory):
+def test_results_stay_pending_while_the_disk_of_the_store_is_full(
+    small_disk: Path, tmp_path_factory: pytest.TempPathFactory
+):
     filler = fill(small_disk, left=0)
     command, elsewhere = commands_in(small_disk), f"tracking.spool={tmp_path_factory.mktemp('spool')}"
     done = command("rl-design-space", *SWEEP[:-1], "tracking.patience=6", elsewhere, status=1)

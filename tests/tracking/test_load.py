@@ -1,10 +1,8 @@
-"""Runs as a frame: what is in it, who is chosen, and a cache that is never behind the database."""
+"""Loading runs: the frame, choosing runs, curves and periods."""
 
 from __future__ import annotations
 
-import os
 import sqlite3
-import time
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +12,6 @@ import pytest
 
 import rl_design_space as rds
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking import cache
 from tests.tracking.stores import copy_database, import_mlflow, learned, record, tracker_at
 
 POINTS = {
@@ -58,7 +55,7 @@ def test_a_row_has_the_choices_and_scalars_of_a_point(runs):
             assert here[scalar] == value
 
 
-def test_numbers_are_numbers_and_what_a_point_does_not_have_is_missing(runs):
+def test_numbers_are_numbers_and_choices_that_a_point_lacks_are_missing(runs):
     assert runs["exploration.k"].dropna().tolist() == [0.02]
     assert runs["task.periods"].dtype == np.int64
     assert runs["total_steps_scaled"].isna().sum() == 1
@@ -82,7 +79,7 @@ def test_runs_of_a_study(folder: Path):
         ("metrics.total_steps < 0", set()),
     ],
 )
-def test_a_filter_finds_what_mlflow_would_find(text: str, names: set[str], folder: Path):
+def test_a_filter_finds_the_same_runs_as_mlflow(text: str, names: set[str], folder: Path):
     from mlflow import MlflowClient
 
     found = rds.load_runs(filter=text, outputs=str(folder))
@@ -92,12 +89,12 @@ def test_a_filter_finds_what_mlflow_would_find(text: str, names: set[str], folde
     assert set(found["fingerprint"]) == {POINTS[name][0][0].fingerprint for name in names}
 
 
-def test_what_is_no_filter_is_told(folder: Path):
+def test_an_invalid_filter_is_reported(folder: Path):
     with pytest.raises(ConfigError, match="filter=total_steps is small: should be a filter of MLflow's search"):
         rds.load_runs(filter="total_steps is small", outputs=str(folder))
 
 
-def test_curves_and_periods_come_on_demand(runs):
+def test_curves_and_periods_are_loaded_on_demand(runs):
     curves = rds.load_curves(runs, ["steps/mean", "epsilon"])
     assert list(curves.columns) == ["run_id", "trial", "steps/mean", "epsilon"]
     assert len(curves) == 3 * 4
@@ -107,80 +104,24 @@ def test_curves_and_periods_come_on_demand(runs):
         np.testing.assert_array_equal(rds.load_periods(runs, run_id)["steps"], expected.steps)
     with pytest.raises(ConfigError, match=r"steps/meen: no such learning curve; did you mean steps/mean\?"):
         rds.load_curves(runs, ["steps/meen"])
-    with pytest.raises(ConfigError, match="nobody: none of these 3 runs"):
+    with pytest.raises(ConfigError, match="nobody: no such run among these 3"):
         rds.load_periods(runs, "nobody")
 
 
-def test_a_frame_of_another_origin_is_refused(runs):
+def test_a_frame_that_names_no_store_is_refused(runs):
     import pandas as pd
 
-    with pytest.raises(ConfigError, match="take rows of what load_runs returns"):
+    with pytest.raises(ConfigError, match="use rows of a frame that load_runs returned"):
         rds.load_curves(pd.DataFrame(runs.to_dict()))
 
 
-# The cache.
-
-
-def aged(database: Path) -> None:
-    """As if the database had been written long ago."""
-    for path in database.parent.glob(f"{database.name}*"):
-        long_ago = time.time() - 60
-        os.utime(path, (long_ago, long_ago))
-
-
-@pytest.fixture
-def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How often all runs were read from the database."""
-    from rl_design_space.tracking.queries import DatabaseSource
-
-    reads: list[int] = []
-    runs = DatabaseSource.runs
-    monkeypatch.setattr(DatabaseSource, "runs", lambda self: reads.append(1) or runs(self))
-    return reads
-
-
-@pytest.fixture
-def own(folder: Path, tmp_path: Path) -> Path:
+def test_every_change_of_the_database_is_seen(folder: Path, tmp_path: Path):
     copy_database(folder / "mlflow.db", tmp_path / "mlflow.db")
-    aged(tmp_path / "mlflow.db")
-    return tmp_path
-
-
-def test_a_database_that_has_not_changed_is_read_once(own: Path, counted: list[int]):
-    first, again = (rds.load_runs(outputs=str(own)) for _ in range(2))
-    assert len(counted) == 1
-    assert first.equals(again)
-    assert first.dtypes.equals(again.dtypes)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        "update runs set lifecycle_stage = 'deleted' where run_uuid = (select min(run_uuid) from runs)",
-        "update params set value = '7' where key = 'seed'",
-        "insert into tags select 'study.new', 'true', run_uuid from runs",
-        "update latest_metrics set value = 1 where key = 'total_steps'",
-    ],
-)
-def test_every_change_is_seen(change: str, own: Path):
-    before = rds.load_runs(outputs=str(own))
-    assert cache.cache_file(own / "mlflow.db").exists()
-    with closing(sqlite3.connect(own / "mlflow.db")) as database:
-        database.execute(change)
+    before = rds.load_runs(outputs=str(tmp_path))
+    with closing(sqlite3.connect(tmp_path / "mlflow.db")) as database:
+        database.execute("insert into tags select 'study.new', 'true', run_uuid from runs")
         database.commit()
-        assert not rds.load_runs(outputs=str(own)).equals(before)
-    assert not rds.load_runs(outputs=str(own)).equals(before)
-
-
-def test_what_has_changed_just_now_is_not_kept(own: Path, counted: list[int]):
-    os.utime(own / "mlflow.db")
-    for _ in range(2):
-        rds.load_runs(outputs=str(own))
-    assert len(counted) == 2
-    assert not cache.cache_file(own / "mlflow.db").exists()
-
-
-def test_a_broken_cache_is_of_no_harm(own: Path, runs):
-    rds.load_runs(outputs=str(own))
-    cache.cache_file(own / "mlflow.db").write_bytes(b"nonsense")
-    assert rds.load_runs(outputs=str(own)).equals(runs)
+        after = rds.load_runs(outputs=str(tmp_path))
+    assert after.index.equals(before.index)
+    assert after["studies"].str.contains("new").all()
+    assert not list(tmp_path.glob("*.parquet"))

@@ -1,4 +1,4 @@
-"""Claims: one process has a point at a time, and none is left behind by a process that has gone."""
+"""Locks on points: one process holds a lock at a time, and a process that ends leaves none behind."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from pathlib import Path
 import pytest
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.locks import Claims, claims_at
+from rl_design_space.tracking.locks import PointLocks, locks_at, locks_path
 from tests.command_runner import PATIENCE, finished, heed_interrupts, next_line
 
-#: Takes what it is told, says whether it could, and waits to be ended.
+#: Locks the names among its arguments, prints whether it could, then calls the methods that its input names.
 OTHER = """
 import sys
 from pathlib import Path
-from rl_design_space.tracking.locks import Claims
+from rl_design_space.tracking.locks import PointLocks
 
-claims = Claims(Path(sys.argv[1]))
-print(*(claims.take(name) for name in sys.argv[2:]), flush=True)
+locks = PointLocks(Path(sys.argv[1]))
+print(*(locks.acquire(name) for name in sys.argv[2:]), flush=True)
 for line in sys.stdin:
     word, name = line.split()
-    print(getattr(claims, word)(name), flush=True)
+    print(getattr(locks, word)(name), flush=True)
 """
 
 
@@ -41,9 +41,9 @@ class Other:
         command = [sys.executable, "-c", OTHER, str(path), *names]
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True, preexec_fn=heed_interrupts)
-        self.took = next_line(self.process).split()
+        self.locked = next_line(self.process).split()
 
-    def does(self, word: str, name: str) -> str:
+    def call(self, word: str, name: str) -> str:
         self.process.stdin.write(f"{word} {name}\n")
         self.process.stdin.flush()
         return next_line(self.process).strip()
@@ -63,80 +63,87 @@ def other(path: Path) -> Iterator:
         finished(one.process)
 
 
-def test_a_claim_is_of_one_process(path: Path, other):
-    claims = Claims(path)
-    assert claims.take("a")
+def test_a_lock_belongs_to_one_process(path: Path, other):
+    locks = PointLocks(path)
+    assert locks.acquire("a")
     them = other("a", "b")
-    assert them.took == ["False", "True"]
-    assert not claims.take("b")
-    assert claims.take("c")
+    assert them.locked == ["False", "True"]
+    assert not locks.acquire("b")
+    assert locks.acquire("c")
 
 
-def test_a_process_has_a_claim_once(path: Path):
-    claims = Claims(path)
-    assert [claims.take("a"), claims.take("a")] == [True, False]
-    claims.release("a")
-    assert claims.take("a")
+def test_a_process_cannot_acquire_a_lock_twice(path: Path):
+    locks = PointLocks(path)
+    assert [locks.acquire("a"), locks.acquire("a")] == [True, False]
+    locks.release("a")
+    assert locks.acquire("a")
 
 
-def test_a_claim_that_is_released_can_be_taken(path: Path, other):
-    claims = Claims(path)
+def test_a_released_lock_can_be_acquired(path: Path, other):
+    locks = PointLocks(path)
     them = other("a")
-    assert not claims.take("a")
-    them.does("release", "a")
-    assert claims.take("a")
+    assert not locks.acquire("a")
+    them.call("release", "a")
+    assert locks.acquire("a")
 
 
-def test_what_one_never_had_is_not_given_up(path: Path, other):
-    claims = Claims(path)
+def test_a_lock_of_another_process_cannot_be_released(path: Path, other):
+    locks = PointLocks(path)
     other("a")
-    claims.release("a")
-    assert not claims.take("a")
+    locks.release("a")
+    assert not locks.acquire("a")
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
-def test_claims_end_with_their_process(path: Path, other, how: signal.Signals):
-    claims = Claims(path)
+def test_locks_end_with_their_process(path: Path, other, how: signal.Signals):
+    locks = PointLocks(path)
     them = other("a", "b")
-    assert not claims.take("a")
+    assert not locks.acquire("a")
     them.process.send_signal(how)
     them.process.wait(PATIENCE)
-    assert claims.take("a")
-    assert claims.take("b")
+    assert locks.acquire("a")
+    assert locks.acquire("b")
 
 
-def test_a_file_system_without_locks_is_told(path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_file_system_without_locks_is_reported(path: Path, monkeypatch: pytest.MonkeyPatch):
     def fail(*_: object) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    claims = Claims(path)
+    locks = PointLocks(path)
     monkeypatch.setattr("fcntl.lockf", fail)
     with pytest.raises(ConfigError, match=r"store\.claims: files cannot be locked here \(No locks available\); keep"):
-        claims.take("a")
+        locks.acquire("a")
 
 
-def test_what_others_record_is_known(path: Path, other):
-    claims, them = Claims(path), other()
+def test_the_journal_shows_what_other_processes_record(path: Path, other):
+    locks, them = PointLocks(path), other()
     one, two = "1" * 64, "2" * 64
-    them.does("announce", one)
-    assert claims.announced(one)
-    assert not claims.announced(two)
-    them.does("announce", two)
-    assert claims.announced(two)
-    claims.forget()
-    assert not claims.announced(one)
-    # It was written down all the same, for those who come later to be found in the store.
+    them.call("add_to_journal", one)
+    assert locks.in_journal(one)
+    assert not locks.in_journal(two)
+    them.call("add_to_journal", two)
+    assert locks.in_journal(two)
+    locks.skip_journal()
+    assert not locks.in_journal(one)
+    # The journal itself is kept.
     assert path.read_text().split() == [one, two]
 
 
 def test_a_journal_of_any_length_is_read(path: Path):
-    claims, writer = Claims(path), Claims(path)
+    locks, writer = PointLocks(path), PointLocks(path)
     names = [f"{number:064}" for number in range(3000)]
     for name in names:
-        writer.announce(name)
-    assert all(claims.announced(name) for name in names)
+        writer.add_to_journal(name)
+    assert all(locks.in_journal(name) for name in names)
 
 
-def test_a_process_has_one_object_for_a_file(path: Path):
-    assert claims_at(path) is claims_at(path)
-    assert claims_at(path) is not claims_at(path.with_name("other.claims"))
+def test_a_process_has_one_object_for_each_file(path: Path):
+    assert locks_at(path) is locks_at(path)
+    assert locks_at(path) is not locks_at(path.with_name("other.claims"))
+
+
+def test_locks_of_a_server_are_where_all_processes_of_the_user_find_them(tmp_path: Path):
+    one, same, other = (locks_path(uri, tmp_path) for uri in ("http://a:5000", "http://a:5000", "http://b:5000"))
+    assert one == same != other
+    assert one.is_relative_to(tmp_path)
+    assert locks_path(f"sqlite:///{tmp_path}/x.db") == tmp_path / "x.db.claims"

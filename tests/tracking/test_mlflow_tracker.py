@@ -1,4 +1,4 @@
-"""What is recorded and found again."""
+"""The MLflow tracker: what it records, and what it finds again."""
 
 from __future__ import annotations
 
@@ -14,11 +14,9 @@ import pytest
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
-from rl_design_space.tracking import mlflow_tracker
-from rl_design_space.tracking.locks import claims_path
 from rl_design_space.tracking.record import params
 from rl_design_space.tracking.spool import Spool, point_name
-from tests.tracking.stores import COMMAND, learned, options, plan_of, record, runs, tracker_at
+from tests.tracking.stores import COMMAND, learned, plan_of, record, runs, tracker_at, undelivered_tracker_at
 
 
 def test_a_recorded_point_is_found_by_its_fingerprint(tracker):
@@ -41,7 +39,7 @@ def test_only_finished_runs_count(status: str, tracker, client):
     assert set(tracker.finished([planned.fingerprint])) == {planned.fingerprint}
 
 
-def test_a_run_that_somebody_deleted_does_not_count(tracker, client):
+def test_a_deleted_run_does_not_count(tracker, client):
     planned, curves = learned()
     client.delete_run(record(tracker, planned, curves).run_id)
     assert tracker.finished([planned.fingerprint]) == {}
@@ -49,7 +47,7 @@ def test_a_run_that_somebody_deleted_does_not_count(tracker, client):
 
 @pytest.fixture
 def batches(client, monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Values in each batch that is logged."""
+    """Number of values in each logged batch."""
     sizes: list[int] = []
     log_batch = type(client).log_batch
 
@@ -67,7 +65,7 @@ def test_a_point_is_one_batch(tracker, batches: list[int]):
     assert len(batches) == 1
 
 
-def test_more_values_than_a_batch_may_hold_are_split_and_all_there(database: Path, client, batches: list[int]):
+def test_values_that_exceed_a_batch_are_split_into_several(database: Path, client, batches: list[int]):
     planned, curves = learned("task.trials=400")
     tracker = tracker_at(database, curves=CURVES_ON_DEMAND)
     run_id = record(tracker, planned, curves).run_id
@@ -81,7 +79,7 @@ def test_more_values_than_a_batch_may_hold_are_split_and_all_there(database: Pat
     assert curves.scalars((4, 4)).items() <= run.data.metrics.items()
 
 
-def test_a_curve_asked_for_twice_is_recorded_once(database: Path, client):
+def test_a_curve_named_twice_is_recorded_once(database: Path, client):
     planned, curves = learned()
     run_id = record(tracker_at(database, curves=["epsilon", "epsilon"]), planned, curves).run_id
     assert len(client.get_metric_history(run_id, "epsilon")) == 4
@@ -108,7 +106,7 @@ def test_a_stored_point_joins_other_studies(tracker, client):
     assert len(runs(client)) == 1
 
 
-def test_a_stored_point_that_is_in_the_study_is_left_alone(tracker, batches: list[int]):
+def test_a_stored_point_that_is_in_the_study_is_not_changed(tracker, batches: list[int]):
     planned, curves = learned()
     stored = record(tracker, replace(planned, studies=("a", "b")), curves)
     del batches[:]
@@ -117,7 +115,7 @@ def test_a_stored_point_that_is_in_the_study_is_left_alone(tracker, batches: lis
     assert batches == []
 
 
-def test_experiments_have_the_names_that_the_options_say(database: Path, client):
+def test_experiments_have_the_names_in_the_options(database: Path, client):
     tracker = tracker_at(database, experiment="mine", sweeps="sums")
     tracker.record(*learned())
     tracker.open_sweep(plan_of(learned()[0]), COMMAND)
@@ -125,7 +123,7 @@ def test_experiments_have_the_names_that_the_options_say(database: Path, client)
 
 
 @pytest.mark.parametrize(("key", "name"), [("experiment", "design points"), ("sweeps", "sweeps")])
-def test_a_deleted_experiment_is_told(key: str, name: str, tracker, database: Path, client):
+def test_a_deleted_experiment_is_reported(key: str, name: str, tracker, database: Path, client):
     planned, curves = learned()
     tracker.record(planned, curves)
     tracker.open_sweep(plan_of(planned), COMMAND)
@@ -136,13 +134,13 @@ def test_a_deleted_experiment_is_told(key: str, name: str, tracker, database: Pa
         use()
 
 
-def test_one_experiment_is_not_found_in_another(tracker, database: Path):
+def test_a_point_is_not_found_in_another_experiment(tracker, database: Path):
     planned, curves = learned()
     tracker.record(planned, curves)
     assert tracker_at(database, experiment="mine").finished([planned.fingerprint]) == {}
 
 
-def test_location_tells_where_to_look(tracker, database: Path):
+def test_the_location_names_the_store_and_the_experiment(tracker, database: Path):
     assert str(database) in tracker.location
     assert "design points" in tracker.location
 
@@ -156,45 +154,45 @@ def test_values_are_stored_as_numbers(tracker, database: Path):
     assert types == [("real", "integer", "integer")]
 
 
-# Where the tags come from.
+# The origin of runs.
 
 
-def origin(tracker, client) -> dict[str, str]:
+def tags_of_a_run(tracker, client) -> dict[str, str]:
     return client.get_run(record(tracker, *learned()).run_id).data.tags
 
 
 def test_the_command_is_the_source(database: Path, client):
-    assert origin(tracker_at(database, "rl-design-space seed=1"), client)["mlflow.source.name"] == (
+    assert tags_of_a_run(tracker_at(database, "rl-design-space seed=1"), client)["mlflow.source.name"] == (
         "rl-design-space seed=1"
     )
 
 
 def test_without_a_checkout_there_is_no_commit(database: Path, client, tmp_path: Path, monkeypatch):
     monkeypatch.setattr("rl_design_space.tracking.origin.CONF", tmp_path / "conf")
-    assert "mlflow.source.git.commit" not in origin(tracker_at(database), client)
+    assert "mlflow.source.git.commit" not in tags_of_a_run(tracker_at(database), client)
 
 
 def test_a_checkout_without_git_installed_has_no_commit(database: Path, client, tmp_path: Path, monkeypatch):
     (tmp_path / ".git").mkdir()
     monkeypatch.setattr("rl_design_space.tracking.origin.CONF", tmp_path / "conf")
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert "mlflow.source.git.commit" not in origin(tracker_at(database), client)
+    assert "mlflow.source.git.commit" not in tags_of_a_run(tracker_at(database), client)
 
 
 @pytest.mark.parametrize("error", [KeyError, OSError])
 def test_a_user_without_a_name_can_record(error: type[Exception], database: Path, client, monkeypatch):
-    # As in a container that runs under a number only; which error it is depends on the version of Python.
+    # As in a container whose user id has no name; the type of the error depends on the version of Python.
     def unknown() -> str:
         raise error("No username set in the environment")
 
     monkeypatch.setattr(getpass, "getuser", unknown)
-    assert origin(tracker_at(database), client)["fingerprint"]
+    assert tags_of_a_run(tracker_at(database), client)["fingerprint"]
 
 
-# Others, and what they leave behind.
+# Pending records, and other processes.
 
 
-def test_what_another_tracker_records_is_known_when_it_is_claimed(tracker, database: Path):
+def test_a_point_that_another_tracker_has_recorded_meanwhile_is_found(tracker, database: Path):
     planned, curves = learned()
     assert tracker.finished([planned.fingerprint]) == {}
     assert tracker.recorded_since(planned.fingerprint) is None
@@ -204,44 +202,36 @@ def test_what_another_tracker_records_is_known_when_it_is_claimed(tracker, datab
     assert found.run_id
 
 
-class Nobody:
-    """Delivers nothing."""
-
-    def watch(self, name: str, done: object) -> None:
-        pass
-
-
-def test_what_is_kept_and_not_yet_delivered_counts_as_recorded(database: Path):
-    chosen = options(database)
-    tracker = chosen.open("", Nobody())
+def test_a_pending_record_counts_as_recorded(database: Path):
+    tracker = undelivered_tracker_at(database)
     planned, curves = learned()
     planned = replace(planned, studies=("a",))
     assert tracker.lock(planned.fingerprint)
     tracker.record(planned, curves)
-    # It stays locked until the store has it.
+    # It stays locked until its record is delivered.
     tracker.unlock(planned.fingerprint)
     assert not tracker.lock(planned.fingerprint)
-    for other in (tracker, chosen.open("", Nobody())):
+    for other in (tracker, undelivered_tracker_at(database)):
         assert other.recorded_since(planned.fingerprint) is not None
-        kept = other.finished([planned.fingerprint])[planned.fingerprint]
-        assert (kept.run_id, kept.studies, kept.scalars) == ("", {"a"}, curves.scalars((4, 4)))
+        found = other.finished([planned.fingerprint])[planned.fingerprint]
+        assert (found.run_id, found.studies, found.scalars) == ("", {"a"}, curves.scalars((4, 4)))
 
 
-def test_a_damaged_record_is_set_aside_and_does_not_count(database: Path):
-    tracker = options(database).open("", Nobody())
+def test_a_corrupted_record_is_quarantined_and_does_not_count(database: Path):
+    tracker = undelivered_tracker_at(database)
     planned, curves = learned()
     tracker.record(planned, curves)
     path = tracker._spool.folder / point_name(planned.fingerprint)
     path.write_bytes(path.read_bytes()[:-100])
     assert tracker.finished([planned.fingerprint]) == {}
     assert not path.exists()
-    assert [kept.name.endswith(path.name) for kept in tracker._spool.aside()] == [True]
+    assert [quarantined.name.endswith(path.name) for quarantined in tracker._spool.quarantined()] == [True]
     tracker.record(planned, curves)
     assert set(tracker.finished([planned.fingerprint])) == {planned.fingerprint}
 
 
-def test_a_result_that_cannot_be_written_waits_for_room(database: Path, monkeypatch: pytest.MonkeyPatch):
-    tracker = options(database).open("", Nobody())
+def test_a_record_is_written_when_a_full_disk_has_space_again(database: Path, monkeypatch: pytest.MonkeyPatch):
+    tracker = undelivered_tracker_at(database)
     planned, curves = learned()
     write, attempts = Spool.write, []
 
@@ -251,28 +241,18 @@ def test_a_result_that_cannot_be_written_waits_for_room(database: Path, monkeypa
             raise OSError(errno.ENOSPC, "No space left on device")
         write(self, written)
 
-    monkeypatch.setattr(mlflow_tracker, "_PAUSE", 0.01)
     monkeypatch.setattr(Spool, "write", full_at_first)
     tracker.record(planned, curves)
     assert len(attempts) == 3
     assert set(tracker.finished([planned.fingerprint])) == {planned.fingerprint}
 
 
-def test_a_disk_that_stays_full_is_told(database: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_disk_that_stays_full_is_reported(database: Path, monkeypatch: pytest.MonkeyPatch):
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    tracker = options(database, patience=0.05).open("", Nobody())
-    monkeypatch.setattr(mlflow_tracker, "_PAUSE", 0.01)
+    tracker = undelivered_tracker_at(database, patience=0.05)
     monkeypatch.setattr(Spool, "write", full)
     for _ in range(2):
-        with pytest.raises(ConfigError, match="No space left on device; make room"):
+        with pytest.raises(ConfigError, match="No space left on device; free some space"):
             tracker.record(*learned())
-
-
-def test_claims_of_a_server_lie_where_all_processes_of_the_user_find_them(monkeypatch, tmp_path: Path):
-    monkeypatch.setattr("rl_design_space.tracking.locks.gettempdir", lambda: str(tmp_path))
-    one, same, other = (claims_path(uri) for uri in ("http://a:5000", "http://a:5000", "http://b:5000"))
-    assert one == same != other
-    assert one.is_relative_to(tmp_path)
-    assert claims_path(f"sqlite:///{tmp_path}/x.db") == tmp_path / "x.db.claims"

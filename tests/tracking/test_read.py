@@ -1,4 +1,4 @@
-"""What was recorded, read back."""
+"""Readers of recorded runs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rl_design_space.tracking import NoTracking
 from tests.tracking.stores import learned, options, record, tracker_at
 
 
-def test_every_trial_of_every_period_comes_back(database: Path):
+def test_every_trial_of_every_period_is_read(database: Path):
     planned, curves = learned("seed=3")
     record(tracker_at(database), planned, curves)
     reader = options(database).reader()
@@ -39,7 +39,7 @@ def test_only_complete_runs_are_read(database: Path):
     assert reader.finished([one.fingerprint, other.fingerprint]) == {}
 
 
-def test_reading_leaves_nothing_behind(database: Path, monkeypatch: pytest.MonkeyPatch):
+def test_reading_leaves_no_temporary_files(database: Path, monkeypatch: pytest.MonkeyPatch):
     planned, curves = learned()
     stored = record(tracker_at(database), planned, curves)
     reader = options(database).reader()
@@ -50,18 +50,18 @@ def test_reading_leaves_nothing_behind(database: Path, monkeypatch: pytest.Monke
     assert list(temporary.iterdir()) == []
 
 
-def test_there_is_nothing_to_read_before_the_first_run(tmp_path: Path):
+def test_a_store_without_runs_is_reported_and_not_created(tmp_path: Path):
     database = tmp_path / "none" / "mlflow.db"
     with pytest.raises(ConfigError, match=r"tracking\.uri=sqlite:.*: no run has been recorded there yet"):
         options(database).reader()
     assert list(tmp_path.iterdir()) == []
 
 
-def test_there_is_nothing_to_read_in_an_experiment_that_does_not_exist(database: Path):
+def test_an_experiment_that_does_not_exist_is_reported(database: Path):
     with pytest.raises(ConfigError, match=r"tracking\.experiment=design points: there is no such experiment"):
         options(database).reader()
 
 
-def test_there_is_nothing_to_read_without_tracking():
+def test_a_reader_without_tracking_is_refused():
     with pytest.raises(ConfigError, match="tracking=none: nothing was recorded"):
         NoTracking().reader()

@@ -1,7 +1,8 @@
-"""A point's record holds all that its run will."""
+"""Records of points: everything that a run holds follows from its record."""
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -16,12 +17,12 @@ from rl_design_space.learning import LearningCurves
 from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.content import content_of, metrics
 from rl_design_space.tracking.record import point_record, result_of
-from rl_design_space.tracking.spool import DamagedRecordError, Record, Spool, _digest
+from rl_design_space.tracking.spool import CorruptedRecordError, Record, Spool
 from tests.tracking.stores import learned
 
 PLANNED, CURVES = learned()
 ON_DEMAND = ("steps/q10", "steps/q90", "steps/over_optimum", "epsilon")
-#: Around what fits into 16 bits, and the largest step cap.
+#: Steps around the limit of 16 bits, and the largest step cap.
 STEPS = st.integers(1, 9) | st.sampled_from([65_535, 65_536, 2**31 - 1])
 
 
@@ -46,14 +47,14 @@ def spool(tmp_path_factory: pytest.TempPathFactory) -> Spool:
 
 
 def through(spool: Spool, record: Record) -> Record:
-    """A record, written and read."""
+    """Write a record, and read it."""
     spool.write(record)
     return spool.read(record.name)
 
 
 @settings(deadline=None)
 @given(result=results())
-def test_a_result_comes_back_bit_by_bit(spool: Spool, result: LearningCurves):
+def test_a_result_is_read_bit_by_bit(spool: Spool, result: LearningCurves):
     back = result_of(through(spool, point_record(PLANNED, result, {})))
     assert back.seconds == result.seconds
     for name in ("steps", "success", "optimum", "rows", "epsilon"):
@@ -81,10 +82,10 @@ def test_a_record_of_version_0_1_0_is_read(spool: Spool):
     assert content_of(through(spool, old)) == content_of(new)
 
 
-def test_what_another_version_has_written_is_damage(tmp_path: Path):
+def test_a_file_in_an_unknown_format_is_corrupted(tmp_path: Path):
     other = Spool(tmp_path)
     record = point_record(PLANNED, CURVES, {})
     content = b"PK\x03\x04 an archive"
-    (tmp_path / record.name).write_bytes(_digest(content) + content)
-    with pytest.raises(DamagedRecordError, match="cannot be read"):
+    (tmp_path / record.name).write_bytes(hashlib.sha256(content).digest() + content)
+    with pytest.raises(CorruptedRecordError, match="cannot be read"):
         other.read(record.name)

@@ -36,7 +36,7 @@ OVERRIDES = ("task.trials=100", "representation=direction", "exploration=linear"
 
 
 class Recorded(NamedTuple):
-    """A point, what was learned, and the run that holds it."""
+    """A point, its result, and its run."""
 
     planned: PlannedPoint
     curves: LearningCurves
@@ -68,7 +68,7 @@ def test_the_run_is_finished_and_named(recorded: Recorded):
     assert info.status == "FINISHED"
     assert info.run_name == recorded.planned.name
     assert recorded.client.get_experiment(info.experiment_id).name == "design points"
-    # From the beginning of learning to the end of recording.
+    # From the start of learning to the end of recording.
     assert info.end_time - info.start_time >= math.floor(1000 * recorded.curves.seconds)
 
 
@@ -88,7 +88,7 @@ def test_params_are_flat_and_named_as_on_the_command_line(recorded: Recorded):
     }  # fmt: skip
 
 
-def test_the_params_of_a_run_are_overrides_that_make_its_point(recorded: Recorded):
+def test_the_params_of_a_run_are_the_overrides_of_its_point(recorded: Recorded):
     again = plan_point([f"{name}={value}" for name, value in recorded.run.data.params.items()])
     assert again.fingerprint == recorded.planned.fingerprint
 
@@ -100,14 +100,14 @@ def test_a_curve_has_one_value_a_trial_from_trial_zero(name: str, recorded: Reco
     assert len(expected) == 100
 
 
-def test_the_curves_are_what_they_are_called(recorded: Recorded):
+def test_curves_have_the_values_that_their_names_say(recorded: Recorded):
     steps = recorded.curves.steps
     assert [value for _, value in recorded.history("steps/mean")] == steps.mean(axis=0).tolist()
     assert [value for _, value in recorded.history("steps/median")] == np.median(steps, axis=0).tolist()
     assert [value for _, value in recorded.history("success_rate")] == recorded.curves.success.mean(axis=0).tolist()
 
 
-def test_curves_that_nobody_asked_for_stay_in_the_artifact(recorded: Recorded):
+def test_curves_on_demand_are_no_metrics_by_default(recorded: Recorded):
     assert not {"steps/q10", "steps/over_optimum"} & set(recorded.run.data.metrics)
 
 
@@ -118,7 +118,7 @@ def test_scalars_are_metrics(recorded: Recorded):
     assert all(recorded.history(name) == [(0, value)] for name, value in scalars.items())
 
 
-def test_scalars_are_what_they_are_called(recorded: Recorded):
+def test_scalars_have_the_values_that_their_names_say(recorded: Recorded):
     steps, metrics = recorded.curves.steps, recorded.run.data.metrics
     totals = steps.sum(axis=1)
     assert metrics["total_steps"] == pytest.approx(totals.mean())
@@ -129,7 +129,7 @@ def test_scalars_are_what_they_are_called(recorded: Recorded):
     assert metrics["final_steps_over_optimum"] == pytest.approx(final.mean())
 
 
-def test_tags_tell_what_who_and_with_which_code(recorded: Recorded):
+def test_tags_name_the_point_the_user_and_the_code(recorded: Recorded):
     tags = recorded.run.data.tags
     assert tags["fingerprint"] == recorded.planned.fingerprint
     assert {tag for tag in tags if tag.startswith("study.")} == {"study.fig3", "study.table4"}
@@ -148,7 +148,7 @@ def test_the_commit_is_a_tag_where_there_is_a_checkout(recorded: Recorded):
     assert recorded.run.data.tags["mlflow.source.git.commit"] == commit
 
 
-def test_the_artifacts_lie_beside_the_database(recorded: Recorded, shared_database: Path):
+def test_the_artifacts_are_beside_the_database(recorded: Recorded, shared_database: Path):
     folder = recorded.artifact("")
     assert folder.is_relative_to(shared_database.parent / "artifacts" / "design-points")
     assert {path.name for path in folder.iterdir()} == {"periods.npz", "config.yaml"}

@@ -1,4 +1,4 @@
-"""A team's tracking server that goes away, comes back, or asks who is there: no result lost, none there twice."""
+"""A tracking server that stops, restarts or requires a login: no result is lost or stored twice."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from tests.tracking.stores import import_mlflow
 
 pytestmark = needs_postgres
 
-#: Points that cost nothing to learn.
+#: Overrides of points that are learned within milliseconds.
 TINY = ("-m", "task.periods=3", "task.trials=4", "world.size=4")
 SEEDS = "seed=1,2,3"
 
 
 @pytest.fixture
 def command(tmp_path: Path) -> Callable[..., Completed]:
-    """Runs a command in a folder of its own; it may write nothing beside its outputs."""
+    """Run a command in a folder of its own; it may write nothing except its outputs."""
     run = commands_in(tmp_path)
     return lambda *words, **more: run("rl-design-space", *words, **more)
 
 
 class Recorded:
-    """What a server has of one experiment, asked of MLflow itself."""
+    """The runs of an experiment on a server, read with MLflow itself."""
 
     def __init__(self, uri: str, experiment: str) -> None:
         import_mlflow()
@@ -43,12 +43,12 @@ class Recorded:
         self._experiment = experiment
 
     def runs(self) -> list:
-        """All runs, of whatever status."""
+        """Return all runs of any status."""
         known = self._client.get_experiment_by_name(self._experiment)
         return list(self._client.search_runs([known.experiment_id])) if known else []
 
     def check(self, points: int) -> list:
-        """Every point is there once, complete and with readable artifacts; nothing is RUNNING."""
+        """Check that every point is stored once, complete and with readable artifacts, and nothing is RUNNING."""
         runs = self.runs()
         times = Counter(run.data.tags["fingerprint"] for run in runs if run.info.status == "FINISHED")
         assert sorted(times.values()) == [1] * points
@@ -62,7 +62,7 @@ class Recorded:
 
 
 def at(uri: str, experiment: str) -> tuple[str, ...]:
-    """Words that name a store, and experiments of a test's own in it."""
+    """Return overrides that name a store and experiments of a test's own in it."""
     return (
         "tracking=server",
         f"tracking.uri={uri}",
@@ -71,24 +71,24 @@ def at(uri: str, experiment: str) -> tuple[str, ...]:
     )
 
 
-def waiting(folder: Path) -> int:
+def pending(folder: Path) -> int:
     return len(list((folder / "out" / "spool").glob("*/*.record")))
 
 
-def test_points_are_recorded_once_and_come_out_the_same(mlflow_server: MlflowServer, command, tmp_path: Path):
+def test_points_are_recorded_once_and_rerun_identically(mlflow_server: MlflowServer, command, tmp_path: Path):
     store = at(mlflow_server.uri, "recorded")
     done = command(*TINY, SEEDS, *store)
     assert "3 learned now" in done.stdout
     runs = Recorded(mlflow_server.uri, "recorded").check(3)
     assert {run.info.status for run in Recorded(mlflow_server.uri, "recorded s").runs()} == {"FINISHED"}
-    assert waiting(tmp_path) == 0
+    assert pending(tmp_path) == 0
     done = command(*TINY, SEEDS, *store)
     assert "0 learned now, 3 before" in done.stdout
     Recorded(mlflow_server.uri, "recorded").check(3)
     assert command("rerun", runs[0].info.run_id, *store).stdout.startswith("identical: ")
 
 
-def test_a_server_that_is_killed_and_started_again_gets_every_point_once(
+def test_a_server_that_is_killed_and_restarted_gets_every_point_once(
     mlflow_server: MlflowServer, command, tmp_path: Path
 ):
     recorded = Recorded(mlflow_server.uri, "killed")
@@ -112,27 +112,27 @@ def test_a_server_that_is_killed_and_started_again_gets_every_point_once(
     assert "20 learned now" in done.stdout
     recorded.check(20)
     assert {run.info.status for run in Recorded(mlflow_server.uri, "killed s").runs()} == {"FINISHED"}
-    assert waiting(tmp_path) == 0
+    assert pending(tmp_path) == 0
 
 
-def test_results_wait_for_a_server_that_is_not_there(mlflow_server: MlflowServer, command, tmp_path: Path):
+def test_results_stay_pending_while_a_server_is_down(mlflow_server: MlflowServer, command, tmp_path: Path):
     store = at(mlflow_server.uri, "away")
     mlflow_server.stop()
     done = command(*TINY, SEEDS, "tracking.patience=3", *store, status=1)
     assert "3 learned now" in done.stdout
-    # The sweep's beginning and end are results, too.
+    # Three points, and the beginning and end of the sweep.
     assert re.search(r"5 results of .* safe on disk, not yet in http.*(refused|failed)", done.stdout)
     assert "rl-design-space sync" in done.stdout
-    assert waiting(tmp_path) == 5
+    assert pending(tmp_path) == 5
 
     mlflow_server.start()
-    # Somebody else records one of them before.
+    # One of the points is recorded from elsewhere first.
     other = tmp_path / "out" / "elsewhere"
     command(*TINY[1:], "seed=2", *store, outputs=str(other))
     assert "5 records delivered" in command("sync", *store).stdout
     recorded = Recorded(mlflow_server.uri, "away")
     recorded.check(3)
-    assert waiting(tmp_path) == 0
+    assert pending(tmp_path) == 0
     assert command("sync", *store).stdout == "no pending records\n"
     recorded.check(3)
 
@@ -144,28 +144,30 @@ def credentials(server: MlflowServer) -> dict[str, str]:
 def test_a_server_with_basic_auth(auth_server: MlflowServer, command, tmp_path: Path, monkeypatch):
     store = at(auth_server.uri, "asked")
     sweep = (*TINY, SEEDS, *store)
-    said = [command(*sweep, status=2)]
+    outputs = [command(*sweep, status=2)]
     assert re.fullmatch(
-        r"error: tracking.uri=http\S+: .*MLFLOW_TRACKING_USERNAME and MLFLOW_TRACKING_PASSWORD.*\n", said[0].stderr
+        r"error: tracking.uri=http\S+: .*MLFLOW_TRACKING_USERNAME and MLFLOW_TRACKING_PASSWORD.*\n", outputs[0].stderr
     )
     known = credentials(auth_server)
-    said.append(command(*sweep, **{**known, "MLFLOW_TRACKING_PASSWORD": "wrong"}, status=2))
-    assert "does not know user admin" in said[1].stderr
-    said.append(command(*sweep, **known))
-    said.append(command(*TINY[1:], *store, "--cfg", "job", **known))
+    outputs.append(command(*sweep, **{**known, "MLFLOW_TRACKING_PASSWORD": "wrong"}, status=2))
+    assert "does not accept user admin" in outputs[1].stderr
+    outputs.append(command(*sweep, **known))
+    outputs.append(command(*TINY[1:], *store, "--cfg", "job", **known))
     for name, value in known.items():
         monkeypatch.setenv(name, value)
     runs = Recorded(auth_server.uri, "asked").check(3)
     sweeps = Recorded(auth_server.uri, "asked s").runs()
-    told = [json.dumps(run.to_dictionary()) for run in (*runs, *sweeps)]
+    stored = [json.dumps(run.to_dictionary()) for run in (*runs, *sweeps)]
     files = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
-    everything = [each.encode() for done in said for each in (done.stdout, done.stderr)] + files
+    everything = [each.encode() for done in outputs for each in (done.stdout, done.stderr)] + files
     assert not [
-        text for text in (*everything, *(each.encode() for each in told)) if auth_server.password.encode() in text
+        text for text in (*everything, *(each.encode() for each in stored)) if auth_server.password.encode() in text
     ]
 
 
-def test_who_may_only_read_is_told_and_keeps_the_results(auth_server: MlflowServer, command, tmp_path: Path):
+def test_a_user_who_may_only_read_gets_an_error_and_keeps_the_results(
+    auth_server: MlflowServer, command, tmp_path: Path
+):
     user = {"username": "reader", "password": "only-to-read-with"}
     made = requests.post(
         f"{auth_server.uri}/api/2.0/mlflow/users/create",
@@ -175,14 +177,14 @@ def test_who_may_only_read_is_told_and_keeps_the_results(auth_server: MlflowServ
     )
     made.raise_for_status()
     store = at(auth_server.uri, "read only")
-    command(*TINY[1:], *store, **credentials(auth_server))  # whoever makes an experiment owns it
+    command(*TINY[1:], *store, **credentials(auth_server))  # who creates an experiment owns it
     reader = {f"MLFLOW_TRACKING_{name.upper()}": value for name, value in user.items()}
     done = command(*TINY, SEEDS, *store, **reader, status=2)
     assert "user reader may not write or read there" in done.stderr
-    assert waiting(tmp_path) > 0
+    assert pending(tmp_path) > 0
     assert not list((tmp_path / "out" / "spool").glob("*/aside/*"))
     assert "delivered" in command("sync", *store, **credentials(auth_server)).stdout
-    assert waiting(tmp_path) == 0
+    assert pending(tmp_path) == 0
 
 
 @pytest.mark.parametrize(
@@ -209,7 +211,7 @@ def test_postgresql_without_a_server(postgres: Postgres, command, tmp_path: Path
     done = command(*TINY, SEEDS, *store, status=2)
     assert re.search("access denied: .*PGPASSWORD", done.stderr)
     assert "password authentication failed" in command(*TINY, SEEDS, *store, PGPASSWORD="wrong", status=2).stderr
-    # Two at once find an empty database: one of them makes its tables, the other waits.
+    # Two processes find an empty database: one of them creates the tables, the other waits.
     words = (*TINY, *store, "outputs=out")
     with (
         started(tmp_path, *words, "seed=1", PGPASSWORD=password) as one,
@@ -227,8 +229,8 @@ def test_postgresql_without_a_server(postgres: Postgres, command, tmp_path: Path
     assert not [content for content in files if password.encode() in content]
 
 
-def test_a_database_that_is_not_there_is_given_up_in_time(command, tmp_path: Path):
-    """MLflow itself goes on trying to connect for an hour."""
+def test_a_database_server_that_is_down_is_given_up_in_time(command, tmp_path: Path):
+    """MLflow itself retries for an hour."""
     store = at(f"postgresql://nobody@127.0.0.1:{free_port()}/nothing", "nowhere")
     done = command(*TINY[1:], "tracking.patience=2", *store, status=1)
     assert "1 result of" in done.stdout

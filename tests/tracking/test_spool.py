@@ -1,4 +1,4 @@
-"""The spool: a record is there wholly or not at all, and known for damaged if it is."""
+"""The spool: a record is there completely or not at all, and corruption is detected."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rl_design_space.tracking.spool import (
     POINT,
     STUDIES,
     TIDY,
-    DamagedRecordError,
+    CorruptedRecordError,
     Record,
     Spool,
     point_name,
@@ -48,17 +48,17 @@ def spool(tmp_path: Path) -> Spool:
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(record=RECORDS)
-def test_a_record_comes_back_as_it_was(spool: Spool, record: Record):
+def test_a_record_is_read_as_it_was_written(spool: Spool, record: Record):
     spool.write(record)
     assert spool.has(record.name)
     assert spool.read(record.name) == record
     spool.remove(record.name)
-    assert spool.waiting() == []
+    assert spool.pending() == []
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300, deadline=None)
 @given(record=RECORDS, at=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255), cut=st.booleans())
-def test_damage_is_noticed(spool: Spool, record: Record, at: float, flip: int, cut: bool):
+def test_corruption_is_detected(spool: Spool, record: Record, at: float, flip: int, cut: bool):
     spool.write(record)
     path = spool.folder / record.name
     content = bytearray(path.read_bytes())
@@ -68,26 +68,26 @@ def test_damage_is_noticed(spool: Spool, record: Record, at: float, flip: int, c
     else:
         content[place] ^= flip
     path.write_bytes(content)
-    with pytest.raises(DamagedRecordError, match="is not what was written"):
+    with pytest.raises(CorruptedRecordError, match=r"record is corrupted \(checksum mismatch\)"):
         spool.read(record.name)
     spool.remove(record.name)
 
 
-def test_a_record_under_the_name_of_another_is_damage(spool: Spool):
+def test_a_record_under_the_name_of_another_is_corrupted(spool: Spool):
     spool.write(Record(POINT, "a", {}))
     (spool.folder / point_name("a")).rename(spool.folder / point_name("b"))
-    with pytest.raises(DamagedRecordError, match="holds 1-point-a"):
+    with pytest.raises(CorruptedRecordError, match=r"corrupted \(its file holds 1-point-a"):
         spool.read(point_name("b"))
 
 
-def test_records_wait_in_the_order_in_which_they_make_sense(spool: Spool):
+def test_pending_records_are_in_the_order_of_delivery(spool: Spool):
     for kind in (TIDY, CLOSE, STUDIES, POINT, OPEN):
         spool.write(Record(kind, "0", {}))
-    assert [spool.read(name).kind for name in spool.waiting()] == [OPEN, POINT, STUDIES, CLOSE, TIDY]
+    assert [spool.read(name).kind for name in spool.pending()] == [OPEN, POINT, STUDIES, CLOSE, TIDY]
 
 
 @pytest.mark.parametrize("broken", ["fsync", "replace"])
-def test_what_cannot_be_written_leaves_nothing(spool: Spool, broken: str, monkeypatch: pytest.MonkeyPatch):
+def test_a_record_that_cannot_be_written_leaves_no_file(spool: Spool, broken: str, monkeypatch: pytest.MonkeyPatch):
     before = sorted(spool.folder.iterdir())
 
     def full(*_: object) -> None:
@@ -99,30 +99,30 @@ def test_what_cannot_be_written_leaves_nothing(spool: Spool, broken: str, monkey
     assert sorted(spool.folder.iterdir()) == before
 
 
-def test_what_somebody_is_writing_is_no_record(spool: Spool):
+def test_a_temporary_file_is_not_a_record(spool: Spool):
     new = spool.folder / f".{point_name('a')}.123.new"
     new.write_bytes(b"half")
-    assert spool.waiting() == []
-    spool.sweep_up()
+    assert spool.pending() == []
+    spool.remove_abandoned()
     assert new.exists()
     an_hour_and_a_bit = time.time() - 3700
     os.utime(new, (an_hour_and_a_bit, an_hour_and_a_bit))
-    spool.sweep_up()
+    spool.remove_abandoned()
     assert not new.exists()
 
 
-def test_what_is_set_aside_is_kept_with_the_reason(spool: Spool):
+def test_a_quarantined_record_is_kept_with_the_reason(spool: Spool):
     name = point_name("a")
     for content in ({"n": 1}, {"n": 2}):
         spool.write(Record(POINT, "a", content))
-        spool.set_aside(name, f"refused: {content}")
-    assert spool.waiting() == []
-    first, second = spool.aside()
+        spool.quarantine(name, f"refused: {content}")
+    assert spool.pending() == []
+    first, second = spool.quarantined()
     assert first.read_bytes() != second.read_bytes()
-    assert spool.why_aside(name) == "refused: {'n': 2}"
-    assert spool.why_aside(name, since=time.time_ns()) is None
-    assert spool.why_aside(point_name("b")) is None
-    spool.set_aside(name, "somebody else has done so")
+    assert spool.quarantine_reason(name) == "refused: {'n': 2}"
+    assert spool.quarantine_reason(name, since=time.time_ns()) is None
+    assert spool.quarantine_reason(point_name("b")) is None
+    spool.quarantine(name, "another process has done so")
 
 
 def test_a_spool_belongs_to_one_store(tmp_path: Path):

@@ -1,4 +1,4 @@
-"""What MLflow would store badly is converted or refused; what it would refuse is refused before anything is learned."""
+"""Values that MLflow would not store unchanged are converted; names that it would refuse are rejected."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import values
 from tests.tracking.stores import import_mlflow
 
-# Before Hypothesis counts the time.
+# Before Hypothesis measures time.
 import_mlflow()
 
 NUMBERS = st.one_of(
@@ -29,7 +29,7 @@ NUMBERS = st.one_of(
 @example(np.int64(3))
 @example(math.inf)
 @example(math.nan)
-def test_a_metric_is_a_finite_number_of_python_or_none(number: object):
+def test_a_metric_is_a_finite_float_or_none(number: object):
     stored = values.metric(number)
     if stored is None:
         assert not math.isfinite(float(number))
@@ -38,7 +38,7 @@ def test_a_metric_is_a_finite_number_of_python_or_none(number: object):
         assert stored == float(number)
 
 
-def test_what_is_no_number_is_refused():
+def test_a_metric_that_is_not_a_number_is_rejected():
     with pytest.raises(ConfigError, match="a metric should be a number, not 'fast'"):
         values.metric("fast")
 
@@ -54,7 +54,7 @@ def test_what_is_no_number_is_refused():
 @example(".")
 @example("")
 @example("representation=x")
-def test_a_key_is_taken_if_and_only_if_mlflow_takes_it(name: str):
+def test_a_name_is_accepted_if_and_only_if_mlflow_accepts_it(name: str):
     from mlflow.exceptions import MlflowException
     from mlflow.utils.validation import _validate_metric_name, _validate_param_name, _validate_tag_name
 
@@ -75,7 +75,7 @@ def test_a_key_is_taken_if_and_only_if_mlflow_takes_it(name: str):
 @given(st.one_of(st.text(), st.text(min_size=4990, max_size=6100), NUMBERS, st.lists(NUMBERS, max_size=5)))
 @example("x" * 10_000)
 @example([np.int64(2), 3])
-def test_a_text_fits(value: object):
+def test_a_text_is_short_enough(value: object):
     from mlflow.utils.validation import MAX_PARAM_VAL_LENGTH, MAX_TAG_VAL_LENGTH
 
     assert len(values.param(value)) <= min(values.PARAM_LENGTH, MAX_PARAM_VAL_LENGTH)
@@ -89,5 +89,5 @@ def test_long_texts_that_differ_stay_different(one: str, other: str):
     assert (values.param(long + one) == values.param(long + other)) == (one == other)
 
 
-def test_a_number_of_numpy_is_written_as_that_of_python():
+def test_a_numpy_number_is_written_like_a_python_number():
     assert values.param([np.float64(0.5), np.int32(2)]) == values.param([0.5, 2]) == "[0.5, 2]"

@@ -1,4 +1,4 @@
-"""What saved views say, and that MLflow takes them."""
+"""Saved views: their content, and that MLflow accepts them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.tracking.stores import learned, tracker_at
 
 CREATED = 1_700_000_000_000
 TEN = {"representation": {"ad_hoc": 5, "direction": 5}, "exploration.k": dict.fromkeys(map(str, range(5)), 2)}
-#: The study of figure 3: what its points have in common tells which kind of schedule they have.
+#: The axes of the study of figure 3; the parameters of a point depend on its kind of schedule.
 MANY = {
     "representation": {"ad_hoc": 36, "direction": 36},
     "exploration": {"linear": 20, "exponential": 20, "sigmoidal": 32},
@@ -33,7 +33,7 @@ MANY = {
 
 
 def state_of(view: tuple[str, str]) -> dict[str, Any]:
-    """The state of the page, as the UI reads it: JSON within JSON."""
+    """Return the state of the page, as the UI reads it: JSON within JSON."""
     outer = json.loads(view[1])
     assert outer["createdAt"] == outer["updatedAt"] == CREATED
     state: dict[str, Any] = json.loads(outer["state"])
@@ -57,7 +57,7 @@ def drawn(state: dict[str, Any], kind: str) -> list[dict[str, Any]]:
     return [chart for chart in state["compareRunCharts"] if chart["type"] == kind and not chart["deleted"]]
 
 
-def test_a_study_has_its_runs_the_best_first():
+def test_the_runs_of_a_study_are_sorted_best_first():
     key, text = study_view("mine", TEN, CREATED)
     state = state_of((key, text))
     assert (key, json.loads(text)["name"]) == ("study.mine", "mine")
@@ -65,7 +65,7 @@ def test_a_study_has_its_runs_the_best_first():
     assert (state["orderByKey"], state["orderByAsc"]) == ("metrics.`total_steps`", True)
 
 
-def test_the_columns_are_what_differs_and_what_came_of_it():
+def test_the_columns_are_the_parameters_that_differ_and_the_scalars():
     assert study_state(TEN)["selectedColumns"] == [
         "params.`representation`",
         "params.`exploration.k`",
@@ -76,7 +76,7 @@ def test_the_columns_are_what_differs_and_what_came_of_it():
     ]
 
 
-def test_periods_are_a_column_once():
+def test_periods_are_one_column():
     columns = study_state({"task.periods": {"50": 1, "500": 1}})["selectedColumns"]
     assert columns.count("params.`task.periods`") == 1
 
@@ -92,7 +92,7 @@ def test_every_curve_is_a_chart_over_trials():
     assert {chart["xAxisKey"] for chart in charts} == {"step"}
 
 
-def test_scalars_without_a_chart_are_named_so_that_the_ui_adds_none():
+def test_scalars_without_a_chart_have_a_deleted_one_so_that_the_ui_adds_none():
     charts = {chart["metricKey"]: chart for chart in study_state(TEN)["compareRunCharts"] if chart["type"] == "BAR"}
     assert set(charts) == set(SCALARS)
     assert {name for name, chart in charts.items() if not chart["deleted"]} == {
@@ -102,7 +102,7 @@ def test_scalars_without_a_chart_are_named_so_that_the_ui_adds_none():
     }
 
 
-def test_every_chart_is_in_a_section_that_there_is():
+def test_every_chart_is_in_an_existing_section():
     state = study_state(TEN)
     sections = {section["uuid"] for section in state["compareRunSections"]}
     assert {chart["metricSectionId"] for chart in state["compareRunCharts"]} == sections
@@ -110,21 +110,21 @@ def test_every_chart_is_in_a_section_that_there_is():
     assert len(set(uuids)) == len(uuids)
 
 
-def test_few_points_are_a_line_each():
+def test_few_points_are_drawn_as_a_line_each():
     state = study_state(TEN)
     assert groups_of(state) == []
     assert state["runsHiddenMode"] == "SHOW_ALL"
     assert drawn(state, "PARALLEL")[0]["selectedParams"] == ["representation", "exploration.k"]
 
 
-def test_many_points_are_grouped_by_the_options_that_all_have():
+def test_many_points_are_grouped_by_the_options_that_all_of_them_have():
     state = study_state(MANY)
     assert groups_of(state) == ["representation", "exploration"]
     assert state["runsHiddenMode"] == "SHOW_ALL"
     assert drawn(state, "PARALLEL") == []
 
 
-def test_an_option_is_not_followed_by_its_values():
+def test_points_are_not_grouped_by_an_option_and_its_values():
     lengths = {
         "msa": {"none": 12, "length_3": 12},
         "msa.lengths": {"[]": 12, "[3]": 12},
@@ -144,7 +144,7 @@ NAMES = st.sampled_from(["representation", "exploration", "msa", "msa.lengths", 
 
 
 @given(st.dictionaries(NAMES, COUNTS))
-def test_groups_are_few_and_parallel_coordinates_leave_out_no_run(axes: dict[str, dict[str, int]]):
+def test_groups_are_few_and_parallel_coordinates_show_all_runs(axes: dict[str, dict[str, int]]):
     state = study_state(axes)
     count = max((sum(counts.values()) for counts in axes.values()), default=1)
     groups = 1
@@ -172,7 +172,7 @@ def test_each_study_of_a_plan_has_the_axes_of_its_own_points():
     assert "params.`representation`" not in columns["study.b"]
 
 
-def test_the_view_of_the_largest_study_is_a_tag_that_mlflow_takes():
+def test_mlflow_accepts_the_view_of_the_largest_study():
     from mlflow.utils.validation import MAX_EXPERIMENT_TAG_VAL_LENGTH
 
     with shipped_config():
@@ -184,7 +184,7 @@ def test_the_view_of_the_largest_study_is_a_tag_that_mlflow_takes():
     assert max(map(len, views.values())) < MAX_EXPERIMENT_TAG_VAL_LENGTH
 
 
-def test_a_study_of_everything_has_a_view_that_mlflow_takes():
+def test_mlflow_accepts_the_view_of_a_study_of_all_parameters():
     from mlflow.utils.validation import MAX_EXPERIMENT_TAG_VAL_LENGTH
 
     names = [name for option in ("linear", "sigmoidal") for name in plan_point([f"exploration={option}"]).parameters]
@@ -193,19 +193,19 @@ def test_a_study_of_everything_has_a_view_that_mlflow_takes():
     assert len(text) < MAX_EXPERIMENT_TAG_VAL_LENGTH
 
 
-def test_a_shard_has_the_view_of_the_whole():
+def test_a_shard_has_the_view_of_the_whole_plan():
     one = plan_point([])
     points = [
         PlannedPoint.of(replace(one.point, seed=seed), one.options, (f"seed={seed}",), ("a",)) for seed in range(120)
     ]
     whole = Plan(points, studies=("a",))
-    # Too many for a line each, unlike those of the shard.
+    # Too many points for a line each, unlike those of the shard.
     assert views_of(whole)["study.a"]["runsHiddenMode"] == "FIRST_20_RUNS"
     assert views_of(Plan(whole[:15], studies=("a",)))["study.a"]["runsHiddenMode"] == "SHOW_ALL"
     assert views_of(whole.shard(2, of=8)) == views_of(whole)
 
 
-def test_a_sweep_leaves_its_views_at_the_experiments(database: Path):
+def test_a_sweep_saves_its_views_in_the_experiments(database: Path):
     from mlflow import MlflowClient
 
     planned, _ = learned()
@@ -227,14 +227,14 @@ def test_a_sweep_leaves_its_views_at_the_experiments(database: Path):
         (sweeps_view(CREATED), "sweeps", "all sweeps"),
     ],
 )
-def test_all_are_shown_the_latest_first(view: tuple[str, str], key: str, name: str):
+def test_views_of_all_runs_show_the_latest_first(view: tuple[str, str], key: str, name: str):
     state = state_of(view)
     assert (view[0], json.loads(view[1])["name"]) == (key, name)
     assert state["searchFilter"] == ""
     assert (state["orderByKey"], state["orderByAsc"]) == ("attributes.start_time", False)
 
 
-def test_a_link_opens_a_view_in_the_table_or_in_the_charts():
+def test_a_link_opens_a_view_as_table_or_as_charts():
     address = urlsplit(link("http://127.0.0.1:5000/", "7", "study.my study"))
     path, _, query = address.fragment.partition("?")
     assert (address.netloc, address.path, path) == ("127.0.0.1:5000", "/", "/experiments/7/runs")

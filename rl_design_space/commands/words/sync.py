@@ -24,24 +24,24 @@ def main(arguments: Sequence[str]) -> None:
 
     from rl_design_space.commands.terminal import console, counted
     from rl_design_space.run.settings import store_of
+    from rl_design_space.tracking.delivery import deliver_all
     from rl_design_space.tracking.spool import Spool
-    from rl_design_space.tracking.writer import deliver_all
 
     options = store_of(overrides)
     left = 0
     for spool in Spool.all_under(Path(options.spool)):
-        pending, quarantined = len(spool.waiting()), set(spool.aside())
+        pending, quarantined = len(spool.pending()), set(spool.quarantined())
         if not pending:
             continue
         console.print(f"{counted(pending, 'record')} for {spool.address.uri} …", markup=False, soft_wrap=True)
-        why = deliver_all(spool, options.patience)
-        still = len(spool.waiting())
-        newly_quarantined = sorted(set(spool.aside()) - quarantined)
+        reason = deliver_all(spool, options.patience)
+        still = len(spool.pending())
+        newly_quarantined = sorted(set(spool.quarantined()) - quarantined)
         console.print(f"{counted(pending - still - len(newly_quarantined), 'record')} delivered")
         for path in newly_quarantined:
             console.print(f"quarantined, because it cannot be delivered: {path}", markup=False, soft_wrap=True)
         if still:
-            console.print(f"{counted(still, 'record')} still pending: {why}", markup=False, soft_wrap=True)
+            console.print(f"{counted(still, 'record')} still pending: {reason}", markup=False, soft_wrap=True)
         left += still + len(newly_quarantined)
     if left:
         sys.exit(1)

@@ -41,11 +41,11 @@ def show(overrides: Sequence[str], port: int) -> None:
     """
     from rl_design_space.commands.terminal import console
     from rl_design_space.run.settings import settings_of, store_of
-    from rl_design_space.tracking.ui_links import pages
+    from rl_design_space.tracking.ui_links import find_pages
     from rl_design_space.tracking.ui_server import serving
 
     tracking = store_of(overrides)
-    found = pages(tracking)
+    found = find_pages(tracking)
     if tracking.address.is_server:
         _print(found.links(tracking.uri))
         return

@@ -1,4 +1,4 @@
-"""From a spool into an MLflow tracking store: each record once, however often that is begun."""
+"""Writing records into an MLflow tracking store, each exactly once, however often it is attempted."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.content import content_of
-from rl_design_space.tracking.locks import Claims
-from rl_design_space.tracking.record import FINGERPRINT_TAG, INCOMPLETE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
+from rl_design_space.tracking.locks import PointLocks
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool, point_name
 from rl_design_space.tracking.store_errors import deleted_experiment
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -24,79 +24,80 @@ _BATCH = 1000
 _NOTE_TAG = "mlflow.note.content"
 
 
-class Delivery:
-    """Tells a tracking store what is in a spool.
+class StoreWriter:
+    """Writes the records of a spool into its tracking store.
 
-    Whoever uses it holds the spool's lock: then every run that this spool has begun, and that is RUNNING, is either one
-    to go on with or one that nobody writes to any more.
+    The caller holds the lock of the spool. Then every RUNNING run that this spool has begun is either one to continue
+    or one that no process writes to any more.
 
     Args:
         client: of the store.
         spool: where the records are.
-        claims: of the points of that store.
+        locks: of the points of the store.
     """
 
-    def __init__(self, client: MlflowClient, spool: Spool, claims: Claims) -> None:
+    def __init__(self, client: MlflowClient, spool: Spool, locks: PointLocks) -> None:
         self._client = client
         self._spool = spool
-        self._claims = claims
+        self._locks = locks
         self._address = spool.address
         self._identity = spool.identity
-        self._kinds: Mapping[str, Callable[[Record, bool], None]] = {
+        self._writers: Mapping[str, Callable[[Record, bool], None]] = {
             OPEN: self._open_sweep,
             POINT: self._record_point,
             STUDIES: self._add_studies,
             CLOSE: self._close_sweep,
-            TIDY: lambda record, again: self.close_stale_runs(),
+            TIDY: lambda record, maybe_stored: self.close_stale_runs(),
         }
 
-    def __call__(self, record: Record, again: bool) -> None:
-        """Deliver a record.
+    def write(self, record: Record, maybe_stored: bool) -> None:
+        """Write a record.
 
         Args:
-            record: what to tell the store.
-            again: whether it may have been begun before, or the store may have it from somebody else.
+            record: to write.
+            maybe_stored: whether the store may have it already, or a part of it.
 
         Raises:
             Exception: whatever MLflow raises.
         """
-        self._kinds[record.kind](record, again)
+        self._writers[record.kind](record, maybe_stored)
 
     def close_stale_runs(self) -> None:
-        """Mark as KILLED what this spool has begun and nobody will end: its record is gone, or its sweep has died."""
+        """Mark as KILLED the runs that this spool has begun and no process will finish.
+
+        Those are runs of points whose record is gone, and summary runs of sweeps that have died.
+        """
         for run in self._search(f"tags.`{SPOOL_TAG}` = '{self._identity}' and attributes.status = 'RUNNING'"):
             if sweep := run.data.tags.get(SWEEP_TAG):
-                if self._spool.has(Record(CLOSE, sweep, {}).name) or not self._claims.take(sweep):
+                if self._spool.has(Record(CLOSE, sweep, {}).name) or not self._locks.acquire(sweep):
                     continue
-                self._claims.release(sweep)
+                self._locks.release(sweep)
             elif self._spool.has(point_name(run.data.tags.get(FINGERPRINT_TAG, ""))):
                 continue
             self._client.set_tag(run.info.run_id, INCOMPLETE_TAG, "the process that wrote it has ended")
             self._client.set_terminated(run.info.run_id, "KILLED")
 
-    def _record_point(self, record: Record, again: bool) -> None:
+    def _record_point(self, record: Record, maybe_stored: bool) -> None:
         content = record.content
-        found = self._found(FINGERPRINT_TAG, record.key, self._points) if again else None
+        found = self._found(FINGERPRINT_TAG, record.key, self._points) if maybe_stored else None
         if found and found.info.status == "FINISHED":
-            self._tag(
-                found.info.run_id,
-                {name: value for name, value in content["tags"].items() if name.startswith(STUDY_TAG)},
-            )
+            studies = {name: value for name, value in content["tags"].items() if name.startswith(STUDY_TAG)}
+            self._tag(found.info.run_id, studies)
             return
         run_id = found.info.run_id if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})
-        held = content_of(record)
-        self._log(run_id, content["started"], held.metrics, content["params"])
-        self._log_artifacts(run_id, held.artifacts)
-        self._claims.announce(record.key)
+        run_content = content_of(record)
+        self._log(run_id, content["started"], run_content.metrics, content["params"])
+        self._log_artifacts(run_id, run_content.artifacts)
+        self._locks.add_to_journal(record.key)
         self._client.set_terminated(run_id, "FINISHED")
 
-    def _add_studies(self, record: Record, again: bool) -> None:
+    def _add_studies(self, record: Record, maybe_stored: bool) -> None:
         for fingerprint, tags in record.content["tags"].items():
             if run := self._found(FINGERPRINT_TAG, fingerprint, self._points):
                 self._tag(run.info.run_id, tags)
 
-    def _open_sweep(self, record: Record, again: bool) -> None:
-        found = self._found(SWEEP_TAG, record.key, self._sweeps) if again else None
+    def _open_sweep(self, record: Record, maybe_stored: bool) -> None:
+        found = self._found(SWEEP_TAG, record.key, self._sweeps) if maybe_stored else None
         content = record.content
         run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
         self._log_artifacts(run_id, record.files)
@@ -104,7 +105,7 @@ class Delivery:
             for name, value in views.items():
                 self._client.set_experiment_tag(experiment, name, value)
 
-    def _close_sweep(self, record: Record, again: bool) -> None:
+    def _close_sweep(self, record: Record, maybe_stored: bool) -> None:
         content = record.content
         found = self._found(SWEEP_TAG, record.key, self._sweeps)
         run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
@@ -134,13 +135,13 @@ class Delivery:
         return str(run.info.run_id)
 
     def _found(self, tag: str, value: str, experiment: str) -> Run | None:
-        """The run of a point or sweep: the complete one, or one that this spool has begun."""
+        """Return the run of a point or sweep: a complete one, or one that this spool has begun."""
         runs = self._client.search_runs([experiment], f"tags.`{tag}` = '{value}'")
         begun = [run for run in runs if run.info.status == "RUNNING" and run.data.tags.get(SPOOL_TAG) == self._identity]
         return next((run for run in [*runs, *begun] if run in begun or run.info.status == "FINISHED"), None)
 
-    def _search(self, wanted: str) -> Sequence[Run]:
-        runs: Sequence[Run] = self._client.search_runs([self._points, self._sweeps], wanted)
+    def _search(self, filter_: str) -> Sequence[Run]:
+        runs: Sequence[Run] = self._client.search_runs([self._points, self._sweeps], filter_)
         return runs
 
     def _tag(self, run_id: str, tags: Mapping[str, str]) -> None:
@@ -152,7 +153,7 @@ class Delivery:
     def _log(
         self, run_id: str, timestamp: int, metrics: Sequence[tuple[str, float, int]], params: Mapping[str, str]
     ) -> None:
-        """Params and metrics; the same twice is the same as once, because the timestamps are."""
+        """Log params and metrics; repeating it changes nothing, because all timestamps are equal."""
         from mlflow.entities import Metric, Param
 
         points = [Metric(name, value, timestamp, step) for name, value, step in metrics]
@@ -172,15 +173,15 @@ class Delivery:
 
 
 def artifacts_folder(address: StoreAddress, spools: Path) -> Path | None:
-    """Where the artifacts of a store go.
+    """Return where the artifacts of a store go.
 
     Args:
         address: of the store.
         spools: folder of all spools.
 
     Returns:
-        A folder beside a SQLite database, or beside the spools for any other database, which MLflow would give a folder
-        of wherever a command was typed; None for a server, which knows for itself.
+        A folder beside a SQLite database. For any other database, one beside the spools: by default, MLflow would use a
+        folder in the working directory. None for a server, which has its own place.
     """
     if address.is_server:
         return None
@@ -188,16 +189,16 @@ def artifacts_folder(address: StoreAddress, spools: Path) -> Path | None:
 
 
 def experiment_id(client: MlflowClient, key: str, name: str, artifacts: Path | None) -> str:
-    """The id of an experiment, made if need be.
+    """Return the id of an experiment, which is created if missing.
 
     Args:
         client: of the store.
-        key: where its name is configured.
+        key: the setting that names the experiment.
         name: of the experiment.
-        artifacts: folder for its artifacts, if it is made; None leaves that to the store.
+        artifacts: folder for its artifacts if it is created; None leaves that to the store.
 
     Raises:
-        ConfigError: somebody has deleted it.
+        ConfigError: the experiment was deleted.
     """
     from mlflow.exceptions import MlflowException
 

@@ -1,0 +1,196 @@
+"""Delivery of the pending records of a spool: transient errors are retried, refused records are quarantined."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+from contextlib import suppress
+from threading import Event
+
+from filelock import Timeout
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.connection import connect
+from rl_design_space.tracking.locks import locks_at, locks_path
+from rl_design_space.tracking.queries import queries_of
+from rl_design_space.tracking.spool import CorruptedRecordError, Spool, is_summary, key_of
+from rl_design_space.tracking.store_errors import StoreUnavailableError, access_error, first_line, is_transient
+from rl_design_space.tracking.store_writer import StoreWriter
+
+#: Seconds between two looks into an empty spool, and the longest pause between two attempts.
+_POLL, _LONGEST_PAUSE = 0.05, 8.0
+#: Number of times that the store has to refuse a record before it is quarantined.
+_REFUSALS = 2
+
+
+class Delivery:
+    """Delivers the records of a spool, whose lock the caller holds.
+
+    Args:
+        spool: where the records are.
+        on_problem: called with what is wrong with the store, and with None when it is open and nothing is wrong.
+        ended: ends delivery after the current record.
+        first_pause: seconds from a transient error to the next attempt; doubled after each further error.
+    """
+
+    def __init__(
+        self, spool: Spool, on_problem: Callable[[str | None], None], ended: Event, *, first_pause: float = 0.5
+    ) -> None:
+        self._spool = spool
+        self._on_problem = on_problem
+        self._ended = ended
+        self._first_pause = first_pause
+        #: Seconds until the next attempt; 0 while nothing is wrong.
+        self._pause = 0.0
+        self._writer: StoreWriter | None = None
+        self._queue: deque[str] = deque()
+        self._failures: Counter[str] = Counter()
+        #: Records that the store may have completely or in part.
+        self._maybe_stored: set[str] = set()
+
+    def run_while(self, active: Callable[[], bool]) -> None:
+        """Deliver records as they are written, until a condition no longer holds or `ended` is set.
+
+        Raises:
+            ConfigError: the store cannot be used.
+        """
+        while active() and not self._ended.is_set():
+            if not self._deliver_next():
+                self._ended.wait(_POLL)
+            elif self._pause:
+                self._ended.wait(self._pause)
+
+    def run_until_empty(self, patience: float) -> None:
+        """Deliver all records; give up when none could be delivered for so many seconds.
+
+        Raises:
+            ConfigError: the store cannot be used.
+        """
+        until = time.monotonic() + patience
+        while self._deliver_next():
+            if not self._pause:
+                until = time.monotonic() + patience
+            elif time.monotonic() + self._pause > until:
+                return
+            self._ended.wait(self._pause)
+
+    def deliver_summaries(self) -> None:
+        """Deliver the pending beginnings and ends of sweeps, if the store is open and nothing is wrong.
+
+        Raises:
+            ConfigError: the store cannot be used.
+        """
+        if self._writer and not self._pause:
+            for name in self._spool.pending():
+                if is_summary(name):
+                    self._deliver(name, self._writer)
+
+    def _deliver_next(self) -> bool:
+        """Deliver the next record; return False if there is none."""
+        try:
+            writer = self._opened()
+        except StoreUnavailableError as error:
+            self._failed(str(error))
+            return True
+        if not self._queue:
+            # Records that have failed come last: they may be the cause.
+            self._queue.extend(sorted(self._spool.pending(), key=lambda name: self._failures[name]))
+        if not self._queue:
+            return False
+        self._deliver(self._queue.popleft(), writer)
+        return True
+
+    def _deliver(self, name: str, writer: StoreWriter) -> None:
+        try:
+            record = self._spool.read(name)
+        except FileNotFoundError:
+            return
+        except CorruptedRecordError as error:
+            self._quarantine(name, str(error), writer)
+            return
+        try:
+            writer.write(record, name in self._maybe_stored or not record.content.get("checked", True))
+        except ConfigError:
+            raise
+        except Exception as error:
+            if denied := access_error(self._spool.address.uri, error):
+                raise denied from error
+            self._failures[name] += 1
+            self._maybe_stored.add(name)
+            if is_transient(error) or self._failures[name] < _REFUSALS:
+                self._failed(first_line(error))
+            else:
+                self._quarantine(name, f"the store refused it: {first_line(error)}", writer)
+        else:
+            self._spool.remove(name)
+            self._maybe_stored.discard(name)
+            self._succeeded()
+
+    def _quarantine(self, name: str, reason: str, writer: StoreWriter) -> None:
+        self._spool.quarantine(name, reason)
+        with suppress(Exception):  # its run is closed now, or when delivery starts again
+            writer.close_stale_runs()
+
+    def _opened(self) -> StoreWriter:
+        """Open the store before the first record."""
+        if self._writer is None:
+            address = self._spool.address
+            writer = StoreWriter(connect(address.uri), self._spool, locks_at(locks_path(address.uri)))
+            try:
+                writer.close_stale_runs()
+            except Exception as error:
+                if denied := access_error(address.uri, error):
+                    raise denied from error
+                if not is_transient(error):
+                    raise
+                raise StoreUnavailableError(first_line(error)) from error
+            self._maybe_stored = self._found_in_store()
+            self._spool.remove_abandoned()
+            self._writer = writer
+            self._on_problem(None)
+            self._pause = 0.0
+        return self._writer
+
+    def _found_in_store(self) -> set[str]:
+        """Return the pending records of which the store has a run, complete or begun by this spool."""
+        names = {key_of(name): name for name in self._spool.pending()}
+        queries = queries_of(self._spool.address)
+        known = {*queries.finished(list(names)), *queries.running(self._spool.identity)}
+        return {name for key, name in names.items() if key in known}
+
+    def _failed(self, problem: str) -> None:
+        self._pause = min(2 * self._pause, _LONGEST_PAUSE) if self._pause else self._first_pause
+        self._on_problem(problem)
+
+    def _succeeded(self) -> None:
+        if self._pause:
+            self._on_problem(None)
+        self._pause = 0.0
+
+
+def deliver_all(spool: Spool, patience: float) -> str:
+    """Deliver all records of a spool in this process.
+
+    Args:
+        spool: where the records are.
+        patience: seconds without any delivery after which to give up.
+
+    Returns:
+        Why records are still pending; empty if none are.
+
+    Raises:
+        ConfigError: the store cannot be used.
+    """
+    current = ""
+
+    def note(problem: str | None) -> None:
+        nonlocal current
+        current = problem or ""
+
+    try:
+        with spool.lock.acquire(timeout=patience):
+            Delivery(spool, note, Event()).run_until_empty(patience)
+    except Timeout:
+        return "another process is delivering them"
+    return current

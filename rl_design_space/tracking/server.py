@@ -1,0 +1,140 @@
+"""Queries of an MLflow tracking server, over HTTP."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import SCALARS
+from rl_design_space.tracking.address import StoreAddress
+from rl_design_space.tracking.connection import connect
+from rl_design_space.tracking.found_run import FoundRun, RunCounts
+from rl_design_space.tracking.store_errors import (
+    access_error,
+    as_tracking_error,
+    deleted_experiment,
+    is_transient,
+    missing_experiment,
+)
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, SPOOL_TAG, SWEEP_TAG, studies_of
+from rl_design_space.tracking.tracker import StoredRun
+
+if TYPE_CHECKING:
+    from mlflow import MlflowClient
+    from mlflow.entities import Run
+
+#: Up to so many points are searched for one by one; for more, all runs are read.
+_FEW = 20
+_RUNS_PER_PAGE = 1000
+_COMPLETE = "attributes.status = 'FINISHED'"
+
+
+class ServerQueries:
+    """Queries of a tracking server, see `Queries`.
+
+    Args:
+        address: of the store.
+    """
+
+    def __init__(self, address: StoreAddress) -> None:
+        self._address = address
+        self._connected: MlflowClient | None = None
+
+    @property
+    def experiment(self) -> str:
+        """Id of the experiment."""
+        with _translated_errors(self._address):
+            experiment = self._experiment()
+            if experiment is None:
+                raise missing_experiment(self._address)
+            return experiment
+
+    def runs(self) -> list[FoundRun]:
+        """Return all complete runs."""
+        with _translated_errors(self._address):
+            experiment = self._experiment()
+            return [_found(run) for run in search_all(self._client(), experiment, _COMPLETE)] if experiment else []
+
+    def counts(self) -> RunCounts:
+        """Count the runs by status."""
+        from mlflow.entities import ViewType
+
+        with _translated_errors(self._address):
+            experiment = self._experiment()
+            found = search_all(self._client(), experiment, "", ViewType.ALL) if experiment else []
+            return RunCounts.of(Counter((run.info.lifecycle_stage, run.info.status) for run in found))
+
+    def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        """Return the complete runs among these points, by fingerprint."""
+        with _translated_errors(self._address):
+            experiment = self._experiment()
+            if experiment is None:
+                return {}
+            few = len(fingerprints) <= _FEW
+            filters = [f"{_COMPLETE} and tags.fingerprint = '{each}'" for each in fingerprints] if few else [_COMPLETE]
+            found = [_stored(run) for wanted in filters for run in search_all(self._client(), experiment, wanted)]
+        wanted_points = set(fingerprints)
+        return {fingerprint: run for fingerprint, run in found if fingerprint in wanted_points}
+
+    def running(self, spool: str) -> list[str]:
+        """Return the keys of the RUNNING runs that a spool has begun: fingerprints of points and ids of sweeps."""
+        with _translated_errors(self._address):
+            names = (self._address.experiment, self._address.sweeps)
+            known = [self._client().get_experiment_by_name(name) for name in names]
+            wanted = f"attributes.status = 'RUNNING' and tags.`{SPOOL_TAG}` = '{spool}'"
+            runs = [run for each in known if each for run in search_all(self._client(), each.experiment_id, wanted)]
+        return [run.data.tags.get(FINGERPRINT_TAG) or run.data.tags.get(SWEEP_TAG, "") for run in runs]
+
+    def _experiment(self) -> str | None:
+        known = self._client().get_experiment_by_name(self._address.experiment)
+        if known and known.lifecycle_stage == "deleted":
+            raise deleted_experiment("experiment", self._address.experiment)
+        return str(known.experiment_id) if known else None
+
+    def _client(self) -> MlflowClient:
+        self._connected = self._connected or connect(self._address.uri)
+        return self._connected
+
+
+def search_all(client: MlflowClient, experiment: str, filter_: str, view: int = 1) -> Iterable[Run]:
+    """Yield all runs of an experiment that match a filter, page by page.
+
+    Args:
+        client: of the store.
+        experiment: id of the experiment.
+        filter_: a filter of MLflow's search; empty for all runs.
+        view: an MLflow `ViewType`; active runs by default.
+    """
+    token = None
+    while True:
+        page = client.search_runs([experiment], filter_, view, max_results=_RUNS_PER_PAGE, page_token=token)
+        yield from page
+        token = page.token
+        if not token:
+            return
+
+
+@contextmanager
+def _translated_errors(address: StoreAddress) -> Iterator[None]:
+    """Translate transient errors and access errors; others are raised as they are."""
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error, ConfigError) or not (is_transient(error) or access_error(address.uri, error)):
+            raise
+        raise as_tracking_error(address.uri, error) from error
+
+
+def _found(run: Run) -> FoundRun:
+    info, data = run.info, run.data
+    about = (info.run_id, info.run_name, info.start_time, info.end_time, info.artifact_uri)
+    return FoundRun(*about, data.params, data.metrics, data.tags)
+
+
+def _stored(run: Run) -> tuple[str, StoredRun]:
+    scalars = {name: value for name, value in run.data.metrics.items() if name in SCALARS}
+    stored = StoredRun(run.info.run_id, studies_of(run.data.tags), scalars, run.info.artifact_uri)
+    return run.data.tags.get(FINGERPRINT_TAG, ""), stored
