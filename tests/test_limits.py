@@ -21,7 +21,7 @@ def unlimited_waits(source: str) -> list[int]:
 
 
 def _has_no_limit(call: ast.Call, function: ast.Attribute) -> bool:
-    if any(keyword.arg in ("timeout", None) for keyword in call.keywords):
+    if any(keyword.arg in ("timeout", "patience", None) for keyword in call.keywords):
         return False
     if isinstance(function.value, ast.Name) and function.value.id == "subprocess":
         return function.attr in PROCESSES
