@@ -13,14 +13,15 @@ from omegaconf import DictConfig
 from rl_design_space.config import user_config
 from rl_design_space.config.build import build, plain
 from rl_design_space.config.overrides import is_setting, is_sweep_setting
+from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.constraint import Constraint, constraints_of
 from rl_design_space.plan.grid import as_overrides, expand
 from rl_design_space.plan.plan import Dropped, Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
 
-#: Periods of a point in the paper.
-_PERIODS = 500
+#: Periods of a point unless a study says otherwise.
+_PERIODS = Task().periods
 
 
 @dataclass(frozen=True)
