@@ -1,7 +1,7 @@
 """Table 4 of the paper, measured at its full size: 500 periods of 100 trials a cell.
 
 Ad hoc cells have standard errors of about one percent and must agree. Direction cells with several goals have tails
-so heavy that no single number can be compared, so only those with one goal are. The alternatives show that the
+so heavy that no single number can be compared, so only those with one goal are tested. The alternatives show that the
 agreement depends on how the paper is read (docs/decisions, 0001).
 """
 
@@ -22,7 +22,7 @@ DIRECTION = {10: 3429, 20: 7366, 30: 15304}
 
 @cache
 def measured(representation: object, k: float, size: int, goals: int, learner: QLearning | None = None) -> float:
-    """Primitive moves of a period, in moves of equal length."""
+    """Return the total steps of a period, in steps of equal length."""
     point = DesignPoint(
         world=Torus(size=size),
         task=Task(goals=goals),
@@ -30,11 +30,11 @@ def measured(representation: object, k: float, size: int, goals: int, learner: Q
         exploration=Linear(k=k),
         learner=learner or QLearning(),
     )
-    return simulate(point).scalars(point.world.shape)["total_steps_scaled"]
+    return simulate(point).scalars()["total_steps_scaled"]
 
 
 def log_ratio(size: int, goals: int, learner: QLearning | None = None) -> float:
-    """Of an ad hoc cell: measured over published, 0 if they agree."""
+    """Return log(measured / published) of an ad hoc cell, 0 if they agree."""
     return math.log(measured(AdHoc(), 0.03, size, goals, learner) / AD_HOC[size][goals - 1])
 
 

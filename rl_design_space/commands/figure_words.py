@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space.config import user_config
-from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -92,6 +91,7 @@ def _parser(word: str) -> argparse.ArgumentParser:
 
 def _figure(word: str, chosen: argparse.Namespace) -> Report:
     from rl_design_space import report
+    from rl_design_space.config.build import construct
 
     kinds: dict[str, Any] = {"heatmap": report.Heatmap, "curves": report.Curves, "sensitivity": report.Sensitivity}
     kind = kinds.get(word, report.Compare)

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass as plain_dataclass
 from typing import Annotated, Any
 
+import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
@@ -18,9 +24,9 @@ from rl_design_space.analysis.claims import Finding, Tested, Verdict, judge
 from rl_design_space.config.build import build, construct
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.base import MAIN, Frames, Report, Text
-from rl_design_space.report.ledger_picture import draw_ledger
 from rl_design_space.report.markdown import table
 from rl_design_space.report.runs import Point, Runs, Where
+from rl_design_space.report.style import BLUE, LIGHT_GREEN, VERMILION, styled
 
 PARTS = "_parts"
 _HOW_TO_READ = (
@@ -32,6 +38,12 @@ _HOW_TO_READ = (
 _PART_COLUMNS = ["claim", "what", "value", "ci_low", "ci_high", "claimed_low", "claimed_high", "state", "verdict"]
 #: Stands for a parameter in which any two points differ.
 _ANY = "fingerprint"
+#: Colour and marker by the state of a part.
+_LOOKS = {"holds": (BLUE, "o"), "fails": (VERMILION, "X"), "unclear": ("#6f6f6f", "D")}
+#: Where the names of the claims stand, in widths of a part's axis.
+_RIGHT = 1.55
+#: Height of a part in inches, and the longest description of one in characters.
+_HEIGHT, _LONGEST = 0.25, 78
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -106,10 +118,10 @@ class ClaimsLedger(Report):
         return {MAIN: claims_frame(judged), PARTS: parts_frame(judged)}
 
     def draw(self, frames: Frames) -> Figure:
-        return draw_ledger(frames[PARTS], self.title)
+        return _draw(frames[PARTS], self.title)
 
     def text(self, frames: Frames) -> list[str]:
-        """The verdicts, and everything that each of them rests on."""
+        """Return the verdicts, and everything that each of them rests on."""
         claims, parts = frames[MAIN], frames[PARTS]
         counts = Counter(claims["verdict"])
         counted = ", ".join(f"{counts[verdict]} {verdict}" for verdict in Verdict)
@@ -183,7 +195,7 @@ def _claimed(part: Mapping[Any, Any]) -> str:
 
 
 class _RecordedPoints:
-    """Gives the parts of claims their points, see `analysis.parts.Data`."""
+    """Points of the parts of claims, see `analysis.parts.Data`."""
 
     def __init__(self, runs: Runs, common: Where) -> None:
         self._runs = runs
@@ -205,3 +217,55 @@ class _RecordedPoints:
         if result is None:
             raise LookupError(f"missing: {point.planned.command}")
         return result
+
+
+@styled(font_size=8)
+def _draw(parts: pd.DataFrame, title: str) -> Figure:
+    """Draw one line for each part, on an axis of its own, scaled to show value, interval and claimed range.
+
+    Args:
+        parts: as `claims_ledger.parts_frame` returns them.
+        title: of the picture.
+    """
+    figure, axis = plt.subplots(figsize=(12.5, 1.6 + _HEIGHT * max(len(parts), 4)), layout="constrained")
+    for row, part in enumerate(parts.to_dict("records")):
+        _draw_part(axis, row, part)
+    names = [textwrap.shorten(what, _LONGEST, placeholder=" …") for what in parts["what"]]
+    axis.set_yticks(range(len(parts)), names)
+    for claim, rows in parts.reset_index().groupby("claim", sort=False)["index"]:
+        verdict = parts.loc[rows.iloc[0], "verdict"]
+        axis.text(_RIGHT, rows.mean(), f"{claim}\n{verdict}", va="center", fontsize=8, fontweight="bold")
+        axis.axhline(rows.iloc[-1] + 0.5, color="0.85", linewidth=0.8, clip_on=False)
+    axis.set_ylim(max(len(parts), 1) - 0.4, -0.8)
+    axis.set_xlim(-0.03, _RIGHT + 0.32)
+    axis.set_xticks([])
+    axis.tick_params(length=0)
+    axis.spines[:].set_visible(False)
+    marks = [Line2D([], [], color=colour, marker=marker, label=state) for state, (colour, marker) in _LOOKS.items()]
+    claimed = Rectangle((0, 0), 1, 1, color=LIGHT_GREEN, label="range that the claim gives")
+    figure.legend(handles=[*marks, claimed], loc="outside lower center", ncols=4, frameon=False)
+    figure.suptitle(title, fontsize=11)
+    return figure
+
+
+def _draw_part(axis: Axes, row: int, part: Mapping[Any, Any]) -> None:
+    if np.isnan(part["value"]):
+        axis.text(0.5, row, "not defined: 0 / 0", ha="center", va="center", fontsize=7)
+        return
+    ends = [part[name] for name in ("ci_low", "ci_high", "claimed_low", "claimed_high") if np.isfinite(part[name])]
+    low, high = min(ends), max(ends)
+    margin = 0.35 * (high - low) or 0.1 * abs(high) or 1.0
+    low, high = low - margin, high + margin
+
+    def at(value: float) -> float:
+        return float(np.clip((value - low) / (high - low), 0, 1))
+
+    begin, end = at(part["claimed_low"]), at(part["claimed_high"])
+    axis.barh(row, end - begin, left=begin, height=0.7, color=LIGHT_GREEN, zorder=1)
+    colour, marker = _LOOKS[part["state"]]
+    axis.plot([at(part["ci_low"]), at(part["ci_high"])], [row, row], color=colour, linewidth=2, zorder=2)
+    axis.plot(at(part["value"]), row, color=colour, marker=marker, markersize=5, zorder=3)
+    bounds = [f"{part[name]:.3g}" for name in ("claimed_low", "claimed_high") if np.isfinite(part[name])]
+    sign = "≥ " if np.isinf(part["claimed_high"]) else "≤ " if np.isinf(part["claimed_low"]) else ""
+    text = f"{part['value']:.3g} ({part['ci_low']:.3g} – {part['ci_high']:.3g}); claimed {sign}{' – '.join(bounds)}"
+    axis.text(1.02, row, text, va="center", fontsize=7)

@@ -52,7 +52,7 @@ class Compare(Report):
         return self.title or f"{self.value}: {self.b} minus {self.a}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Pair, a, b, difference (b − a), low, high (95 %, paired by period), periods; all pairs together last."""
+        """Return pair, a, b, difference (b − a), low, high (95 %, paired), periods: one row a pair, all pairs last."""
         sides = [_wanted(side) for side in (self.a, self.b)]
         compared = {name for side in sides for name in side}
         runs.check(compared)
@@ -91,7 +91,7 @@ class Compare(Report):
         return _draw(frames[MAIN], self.value, self.heading)
 
     def text(self, frames: Frames) -> list[str]:
-        """One row for each pair."""
+        """Return one row for each pair."""
         pairs = frames[MAIN]
         shown = pd.DataFrame(
             {

@@ -46,7 +46,7 @@ class Curves(Report):
         return self.title or f"{self.curve} by {', '.join(self.by)}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Line, trial, mean, ci_low, ci_high (95 % over periods), runs: one row for each line and trial."""
+        """Return line, trial, mean, ci_low, ci_high (95 % over periods), runs: one row for each line and trial."""
         lines = {key: [point for point in points if point.run] for key, points in runs.grouped(self.by).items()}
         lines = {key: points for key, points in lines.items() if points}
         if len(lines) > _MOST:
@@ -69,7 +69,7 @@ class Curves(Report):
         return _draw(frames[MAIN], self.curve, self.heading)
 
     def text(self, frames: Frames) -> list[str]:
-        """Level at which each line ends."""
+        """Return the level at which each line ends."""
         last = frames[MAIN].groupby("line", sort=False).last()
         ends = [f"- {name}: {style.number(row['mean'])}, {int(row['runs'])} runs" for name, row in last.iterrows()]
         return [

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
+import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import PercentFormatter
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
@@ -18,10 +23,19 @@ from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.base import MAIN, Frames, Report, Text
-from rl_design_space.report.curves_picture import draw_curves_figure
 from rl_design_space.report.markdown import table
 from rl_design_space.report.runs import Point, Runs, Where
-from rl_design_space.report.style import interval
+from rl_design_space.report.style import (
+    DASHES,
+    MARKERS,
+    beyond,
+    colours,
+    draw_curve,
+    interval,
+    make_logarithmic,
+    styled,
+    tidy,
+)
 
 #: Frames beside the main one; only the first is written.
 EXPLORATION, LINES, PANELS = "_exploration", "lines", "panels"
@@ -30,6 +44,19 @@ _EXPLORATION_COLUMNS = [
     "panel", "family", "point", "exploration", "total_steps", "total_low", "total_high",
     "final_over_optimum", "final_low", "final_high", "failed",
 ]  # fmt: skip
+#: Panels side by side.
+_COLUMNS = 2
+#: Height of what a panel shows, from top to bottom, in inches; the last only if there are families.
+_HEIGHTS = {"steps of a trial": 3.6, "failed": 0.8, "total steps of a period": 2.6}
+_NOTE = (
+    "Lines: mean over periods of the steps of a trial, with its 95 % interval; logarithmic. Below: share of periods in "
+    "which the trial misses the final goal.\nDashed grey: fewest steps possible. Dotted grey: a random walk (expected, "
+    "without the step cap)."
+)
+_EXPLORATION_NOTE = (
+    "\nBottom: total steps of a period against the total exploration of its schedule (the sum of ε over the trials), "
+    "one point for each value of its parameters."
+)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -127,12 +154,10 @@ class CurvesFigure(Report):
         return curves | {EXPLORATION: frames[EXPLORATION][_EXPLORATION_COLUMNS]} if self.families else curves
 
     def draw(self, frames: Frames) -> Figure:
-        return draw_curves_figure(
-            frames[MAIN], frames[LINES], frames[PANELS], frames[EXPLORATION], self.title, list(self.families)
-        )
+        return _draw(frames, self.title, list(self.families))
 
     def text(self, frames: Frames) -> list[str]:
-        """The lines in numbers."""
+        """Return the lines in numbers."""
         header = ["panel", "line", "total steps", "95 % interval", "trials to final level", "final steps / optimum"]
         rows = [[line["panel"], line["line"], *_numbers(line)] for line in frames[LINES].to_dict("records")]
         return [
@@ -173,3 +198,70 @@ def _numbers(line: Mapping[Any, Any]) -> list[str]:
         f"{line['final_over_optimum']:.3f} ({interval(line['final_low'], line['final_high'], '.3f')})",
         f"{line['failed']:.2%} ({interval(line['failed_low'], line['failed_high'], '.2%')})",
     ]
+
+
+@styled()
+def _draw(frames: Frames, title: str, families: Sequence[str]) -> Figure:
+    """Draw panels side by side: curves, failed trials, and, if there are families, total steps against exploration."""
+    curves, panels = frames[MAIN], frames[PANELS]
+    heights = list(_HEIGHTS.values())[: 3 if families else 2]
+    blocks, across = -(-len(panels) // _COLUMNS), min(len(panels), _COLUMNS)
+    most_failed = max(0.01, float(curves["failed"].max()) if len(curves) else 0.0)
+    figure, axes = plt.subplots(
+        blocks * len(heights), across, layout="constrained", squeeze=False, sharey="row",
+        figsize=(5.6 * across, blocks * sum(heights) + 1.5), height_ratios=heights * blocks,
+    )  # fmt: skip
+    for number, panel in enumerate(panels.to_dict("records")):
+        block, column = divmod(number, _COLUMNS)
+        above, below, *lowest = axes[block * len(heights) : (block + 1) * len(heights), column]
+        of_lines, of_curves, of_points = (
+            frames[name][frames[name]["panel"] == panel["panel"]] for name in (LINES, MAIN, EXPLORATION)
+        )
+        _draw_curves(above, below, of_lines, of_curves)
+        if not np.isnan(panel["optimum"]):
+            for level, dashes in (("optimum", "--"), ("random_walk", ":")):
+                above.axhline(panel[level], color="0.45", linestyle=dashes, linewidth=1)
+        make_logarithmic(above)
+        below.set_ylim(0, 1.05 * most_failed)
+        above.set_title(panel["panel"], fontsize=11)
+        for axis in lowest:
+            _draw_exploration(axis, of_points, families)
+        if column == 0:
+            for axis, name in zip((above, below, *lowest), _HEIGHTS, strict=False):
+                axis.set_ylabel(name)
+    figure.suptitle(title, fontsize=12)
+    figure.supxlabel(_NOTE + (_EXPLORATION_NOTE if families else ""), fontsize=8)
+    return figure
+
+
+def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataFrame) -> None:
+    handles = []
+    for line, colour, dashes in zip(lines.to_dict("records"), colours(len(lines)), DASHES * len(lines), strict=False):
+        missing = np.isnan(line["total_steps"])
+        label = f"{line['line']} (missing)" if missing else line["line"]
+        handles.append(Line2D([], [], color=colour, linestyle=dashes, label=label))
+        if not missing:
+            curve = curves[curves["line"] == line["line"]]
+            draw_curve(above, curve, colour, dashes)
+            below.plot(curve["trial"], curve["failed"], color=colour, linestyle=dashes, linewidth=1.1)
+    above.legend(handles=handles, frameon=False, fontsize=8, loc="best", ncols=1 + (len(handles) > 4))
+    above.set_xticklabels([])
+    below.set_xlabel("trial")
+    below.yaxis.set_major_formatter(PercentFormatter(1, decimals=0))
+    for axis in (above, below):
+        axis.set_xlim(left=0)
+        tidy(axis)
+
+
+def _draw_exploration(axis: Axes, points: pd.DataFrame, families: Sequence[str]) -> None:
+    for (family, colour), marker in zip(zip(families, colours(len(families)), strict=True), MARKERS, strict=False):
+        here = points[points["family"] == family].sort_values("exploration")
+        axis.errorbar(
+            here["exploration"], here["total_steps"],
+            yerr=beyond(here["total_low"], here["total_steps"], here["total_high"]), color=colour, marker=marker,
+            markersize=4, linewidth=1, linestyle="-" if here["joined"].all() else "none", label=family,
+        )  # fmt: skip
+    make_logarithmic(axis)
+    axis.set_xlabel("total exploration of the schedule")
+    axis.legend(frameon=False, fontsize=8)
+    tidy(axis)

@@ -94,7 +94,7 @@ class GradedTable(Report):
     @property
     @abstractmethod
     def quantities(self) -> tuple[str, ...]:
-        """What the report measures of each row."""
+        """Names of what is measured of each row."""
 
     @abstractmethod
     def measured(self, runs: Runs) -> Mapping[str, Mapping[str, Measured]]:
@@ -116,7 +116,7 @@ class GradedTable(Report):
         return gradings
 
     def frames(self, runs: Runs) -> Frames:
-        """Row, column, number, grade, paper, measured (the number as text, in one or two lines): one row a cell."""
+        """Return row, column, number, grade, paper and measured (text in one or two lines): one row for each cell."""
         return {MAIN: self.graded(self.measured(runs))}
 
     def graded(self, measured: Mapping[str, Mapping[str, Measured]]) -> pd.DataFrame:
@@ -142,7 +142,7 @@ class GradedTable(Report):
         return _draw(frames[MAIN], self.title, self.labels, self.source)
 
     def text(self, frames: Frames) -> list[str]:
-        """The cells, and the rules of their grades."""
+        """Return the cells, and the rules of their grades."""
         cells = frames[MAIN]
         texts = [_cell_text(cell, self.source) for cell in cells.to_dict("records")]
         shown = cells.assign(text=texts).pivot_table(

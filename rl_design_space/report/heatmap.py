@@ -54,7 +54,7 @@ class Heatmap(Report):
         return self.title or f"{self.value} by {', '.join(self.rows)} and {', '.join(self.cols)}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Row, column, value, low, high (95 % over periods), runs: one row for each cell."""
+        """Return row, column, value, low, high (95 % over periods), runs: one row for each cell."""
         rows, columns = runs.grouped(self.rows), runs.grouped(self.cols)
         cells = []
         for row in rows:
@@ -73,7 +73,7 @@ class Heatmap(Report):
         return _draw(frames[MAIN], self.rows, self.cols, self.value, self.heading)
 
     def text(self, frames: Frames) -> list[str]:
-        """Least and largest value, and how many cells are missing."""
+        """Return least and largest value, and how many cells are missing."""
         cells = frames[MAIN]
         names = [*self.rows, *self.cols]
         known = cells.dropna(subset="value")

@@ -75,7 +75,7 @@ class Page:
             paths += written
             (text,) = (path for path in written if path.suffix == ".md")
             runs = reader.link(self.ui, part.name) if part.plan else ""
-            sections.append(section(part.name, text, runs))
+            sections.append(_section(part.name, text, runs))
         page = folder / "index.html"
         page.write_text(self.render(study, sections, _verdicts(folder / f"{self.verdicts}.csv")), encoding="utf-8")
         return [*paths, page]
@@ -106,7 +106,7 @@ class Page:
         )
 
 
-def section(name: str, text: Path, runs: str) -> Section:
+def _section(name: str, text: Path, runs: str) -> Section:
     """Return a report as a section of the page, its pictures inside.
 
     Args:

@@ -54,7 +54,7 @@ class PropertyMap(GradedTable):
         return {name: self._measured(name, each) for name, each in self.representations.items()}
 
     def text(self, frames: Frames) -> list[str]:
-        """The cells, the rules of their grades, and where they were measured."""
+        """Return the cells, the rules of their grades, and where they were measured."""
         where = (
             f"Exact on {self.layouts} random layouts of {self.goals} goals on a {self.size}×{self.size} torus; the "
             f"larger grid is {self.larger}×{self.larger}. A state is a cell and a success counter; whether a move is "

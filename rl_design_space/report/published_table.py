@@ -12,13 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
+from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.published import compare_with_published
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import measure
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import Line, colour_bar, colour_cells, hatch, write
 from rl_design_space.report.markdown import table
@@ -54,22 +55,26 @@ class PublishedTable(Report):
 
     @property
     def axes(self) -> dict[str, str]:
-        """CSV column: parameter, of panel, row and column in this order."""
+        """Parameter by CSV column, of panel, row and column in this order."""
         return {**self.panel, **self.row, **self.column}
 
     def frames(self, runs: Runs) -> Frames:
-        """The cells, see `analysis.published`; `planned` tells those that are points of the runs.
+        """Return the cells, see `analysis.published`; `planned` tells those that are points of the runs.
 
         Raises:
-            ConfigError: several points are one cell, or no point has such a parameter.
+            ConfigError: several points are one cell, no point has such a parameter, or the value is not known.
         """
         runs.check(self.axes.values())
-        cells = self._points_by_cell(runs)
-        periods = [frame for key, point in cells.items() if (frame := self._periods(runs, key, point)) is not None]
-        empty = pd.DataFrame(columns=[*self.axes, "value", "failed"])
-        compared = compare_with_published(pd.concat(periods) if periods else empty, self._published_cells())
-        keys = compared[[*self.axes]].itertuples(index=False, name=None)
-        return {MAIN: compared.assign(planned=[key in cells for key in keys])}
+        points = self._points_by_cell(runs)
+        cells = []
+        for panel, rows in self.published.items():
+            for row, columns in rows.items():
+                for column, published in columns.items():
+                    key = (panel, row, column)
+                    keys = dict(zip(self.axes, key, strict=True))
+                    measured = self._measured(runs, points[key]) if key in points else ()
+                    cells.append({**keys, **compare_with_published(published, *measured), "planned": key in points})
+        return {MAIN: pd.DataFrame(cells)}
 
     def csv(self, frames: Frames) -> Frames:
         return {MAIN: frames[MAIN].drop(columns=["top_percent", "planned"])}
@@ -78,7 +83,7 @@ class PublishedTable(Report):
         return draw_published(frames[MAIN], self.title, self.labels, self.source, self.heavy_tail)
 
     def text(self, frames: Frames) -> list[str]:
-        """The cells, and how far measured and published numbers lie apart."""
+        """Return the cells, and how far measured and published numbers lie apart."""
         cells = frames[MAIN]
         parts = [table(self._shown(cells))]
         if cells["measured"].notna().any():
@@ -125,17 +130,16 @@ class PublishedTable(Report):
             parts.append(f"{self.label(name)}: rms {rms:.1%}, largest {largest:.1%}")
         return f"Distance from the published numbers (log ratio): {'; '.join(parts)}."
 
-    def _periods(self, runs: Runs, key: tuple[Any, ...], point: Point) -> pd.DataFrame | None:
-        """Return one row for each period of a cell; None if its point is not recorded."""
+    def _measured(self, runs: Runs, point: Point) -> tuple[FloatArray, NDArray[np.bool_]] | tuple[()]:
+        """Return what each period contributes to its cell, and whether it has a failed trial; nothing if missing."""
         result = runs.result(point)
         if result is None:
-            return None
-        values, failed = runs.values(point, self.value), measure("failed_periods").each(result)
+            return ()
+        values = runs.values(point, self.value)
         if values is None:
-            raise ConfigError.at(
-                "study.report.value", self.value, "needs square worlds; should be total_steps for others"
-            )
-        return pd.DataFrame({**dict(zip(self.axes, key, strict=True)), "value": values, "failed": failed})
+            expected = "needs square worlds; should be total_steps for others"
+            raise ConfigError.at("study.report.value", self.value, expected)
+        return values, np.logical_not(result.success.all(axis=1))
 
     def _points_by_cell(self, runs: Runs) -> dict[tuple[Any, ...], Point]:
         """Return the point of each cell: periods of different points must not be averaged into one.
@@ -150,15 +154,6 @@ class PublishedTable(Report):
             if first is not point:
                 raise ConfigError(f"{', '.join(differ)}: several values for one cell of the table; choose one of them")
         return cells
-
-    def _published_cells(self) -> pd.DataFrame:
-        rows = [
-            (panel, row, column, value)
-            for panel, panel_rows in self.published.items()
-            for row, columns in panel_rows.items()
-            for column, value in columns.items()
-        ]
-        return pd.DataFrame(rows, columns=[*self.axes, "paper"])
 
 
 @styled()

@@ -35,7 +35,7 @@ class QualityMap(GradedTable):
         return ("speed", "over_optimum", "exploration")
 
     def text(self, frames: Frames) -> list[str]:
-        """The cells, the rules of their grades, and how they were measured."""
+        """Return the cells, the rules of their grades, and how they were measured."""
         how = (
             "Each row is taken at its best schedule: the one with the fewest total steps on the periods of even "
             "number. Speed and quality are those of the periods of odd number. The interval of the exploration is that "

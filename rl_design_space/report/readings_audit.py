@@ -47,7 +47,7 @@ class ReadingsAudit(Report):
     readings: dict[str, Where]
 
     def frames(self, runs: Runs) -> Frames:
-        """One row for each reading and panel of the table, the best fit first; readings without all cells last.
+        """Return one row for each reading and panel of the table, the best fit first; readings without all cells last.
 
         Returns:
             reading, panel, cells (recorded), of (published), rms, ci_low, ci_high, bias, bias_low, bias_high, largest;
@@ -84,7 +84,7 @@ class ReadingsAudit(Report):
         return _draw(frames[MAIN], self.title)
 
     def text(self, frames: Frames) -> list[str]:
-        """The ranking of each panel."""
+        """Return the ranking of each panel."""
         parts = []
         for title, fits in frames[MAIN].groupby("title", sort=False):
             rows = [[fitted["reading"], fitted["says"], *_numbers(fitted)] for fitted in fits.to_dict("records")]

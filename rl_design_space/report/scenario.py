@@ -74,7 +74,7 @@ class Scenario(Report):
         return _draw(frames[MAIN], self.title, self.size, self.agent, self.goals)
 
     def text(self, frames: Frames) -> list[str]:
-        """What each representation sees, and the rules of the grid."""
+        """Return what each representation sees, and the rules of the grid."""
         return [
             table(frames[MAIN].rename(columns={"sees": "the state of the picture"})),
             "The grid is a torus: a step over one side comes back on the other. The goals have to be reached in their "

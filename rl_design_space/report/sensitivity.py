@@ -46,7 +46,7 @@ class Sensitivity(Report):
         return self.title or f"{self.value} against {self.parameter}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Line, parameter, value, low, high (95 % over periods), runs: one row for each value of a line."""
+        """Return line, parameter, value, low, high (95 % over periods), runs: one row for each value of a line."""
         points = [point for point in runs.recorded if point.parameters.get(self.parameter) is not None]
         runs.check([self.parameter])
         others = differing([point.parameters for point in points], beside=(self.parameter,))
@@ -66,7 +66,7 @@ class Sensitivity(Report):
         return _draw(frames[MAIN], self.parameter, self.value, self.heading)
 
     def text(self, frames: Frames) -> list[str]:
-        """Least and largest value of each line, and their ratio."""
+        """Return least and largest value of each line, and their ratio."""
         rows = []
         for name, line in frames[MAIN].groupby("line", sort=False):
             ordered = line.sort_values("value").to_dict("records")

@@ -39,7 +39,7 @@ class StateSpace(Report):
     source: str = "published"
 
     def frames(self, runs: Runs) -> Frames:
-        """One row for each point of the study.
+        """Return one row for each point of the study.
 
         Returns:
             representation, size, goals; paper; formula, by the package; spanned, all observations that there can be;
@@ -65,7 +65,7 @@ class StateSpace(Report):
         return _draw(frames[MAIN], self.title, self.labels, self.source)
 
     def text(self, frames: Frames) -> list[str]:
-        """The sizes, and how many of the published ones the formula gives."""
+        """Return the sizes, and how many of the published ones the formula gives."""
         sizes = frames[MAIN]
         right = int((sizes["paper"] == sizes["formula"]).sum())
         return [

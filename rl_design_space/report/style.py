@@ -34,7 +34,7 @@ MARKERS = "osD^vP"
 DECADE = 10
 #: With a fixed salt the same figure is the same bytes; text in an SVG stays text.
 _SETTINGS = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none"}
-#: Margin note on pictures of fewer periods than a study asks for.
+#: Looks of the note in the corner of a picture.
 _MARK = {"fontsize": 8, "color": "#664d03", "backgroundcolor": "#fff3cd"}
 _DOTS_PER_INCH = 160
 

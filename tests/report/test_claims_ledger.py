@@ -1,4 +1,4 @@
-"""The ledger from points to files: verdicts, what is missing, and what is wrong with a claim."""
+"""The ledger from points to files: verdicts, missing points and invalid claims."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_files_hold_what_was_judged(study: Study, tmp_path: Path):
     assert "quick look: 40 periods" in picture
 
 
-def test_a_ledger_of_which_nothing_is_there_can_be_drawn(study: Study, tmp_path: Path):
+def test_a_ledger_without_any_run_is_drawn(study: Study, tmp_path: Path):
     reader = LearningReader(study.plan, [planned.fingerprint for planned in study.plan])
     ledger(larger=[ratio(1.5)]).write(study, reader, tmp_path)
     assert pd.read_csv(tmp_path / "mine.csv")["verdict"].tolist() == ["undecided"]
@@ -96,7 +96,7 @@ def test_a_ledger_of_which_nothing_is_there_can_be_drawn(study: Study, tmp_path:
     ],
     ids=str,
 )
-def test_what_is_wrong_with_a_claim_is_told(study: Study, part: dict, message: str):
+def test_an_invalid_claim_is_named_in_the_error(study: Study, part: dict, message: str):
     with pytest.raises(ConfigError) as caught:
         judged(study, a=[part])
     assert message in str(caught.value)

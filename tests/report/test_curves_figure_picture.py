@@ -1,4 +1,4 @@
-"""What a figure of learning curves shows is what its CSV holds, and can be told apart."""
+"""A figure of learning curves draws what its CSV holds, with lines that differ without colours."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_the_optimum_and_a_random_walk_stand_beside_the_curves(study: Study, axe
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_lines_of_a_panel_can_be_told_apart_in_grey(name: str):
+def test_lines_of_a_panel_differ_without_colours(name: str):
     with shipped_config():
         figure: CurvesFigure = load_study(name, ()).report()
     assert len({str(dashes) for dashes in DASHES}) == len(DASHES)

@@ -1,4 +1,4 @@
-"""Reports of any runs: the numbers are those of the simulations, and what cannot be told is not."""
+"""Figures of any runs: their numbers are those of the simulations, and what is not known is left out."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_every_measure_can_be_the_value_of_a_cell(runs: Runs, name: str):
     assert frame["value"].notna().sum() == len(LEARNED)
 
 
-def test_runs_that_differ_in_more_are_not_averaged_unawares(runs: Runs):
+def test_runs_that_differ_in_more_than_the_seed_are_averaged_on_demand_only(runs: Runs):
     with pytest.raises(ConfigError, match=r"exploration\.k: \d runs of one cell .* differ in this; .*--mean"):
         Heatmap(rows="representation", cols="world.size").frames(runs)[MAIN]
     frame = Heatmap(rows="representation", cols="world.size", mean=True).frames(runs)[MAIN]
@@ -159,7 +159,7 @@ def test_a_comparison_is_paired_by_period(runs: Runs):
         (Compare(a="ad_hoc", b="direction"), "ad_hoc: should be values of parameters, such as representation=ad_hoc"),
     ],
 )
-def test_what_cannot_be_shown_is_told(figure, message: str, runs: Runs):
+def test_a_figure_that_cannot_be_drawn_is_refused(figure, message: str, runs: Runs):
     with pytest.raises(ConfigError, match=message):
         figure.frames(runs)
 
@@ -194,7 +194,7 @@ def test_a_name_for_the_files_can_be_chosen(outputs: Path):
     assert {path.stem for path in paths} == {"k"}
 
 
-def test_runs_that_are_not_there_are_told(outputs: Path):
+def test_a_selection_without_runs_is_refused(outputs: Path):
     with pytest.raises(ConfigError, match="no run was selected"):
         command.main("sensitivity", ["exploration.k", "--filter", "metrics.total_steps < 0", f"outputs={outputs}"])
     with pytest.raises(ConfigError, match=r"study among these runs.*there is mine"):

@@ -1,4 +1,4 @@
-"""Markdown tables: what stands in a cell stays in its cell."""
+"""Markdown tables: cells, alignment and odd headers."""
 
 from __future__ import annotations
 

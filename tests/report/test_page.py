@@ -146,12 +146,14 @@ def test_reports_of_points_that_are_missing_say_what_makes_them(command: Command
     written = folder / outputs / "report"
     assert "issing" in (written / "index.html").read_text(encoding="utf-8")
     for name in ("table4", "fig2", "claims"):
-        assert f"rl-design-space study={name} " in (written / f"{name}.md").read_text(encoding="utf-8")
+        assert f"rl-design-space --config-dir own/conf study={name} " in (written / f"{name}.md").read_text(
+            encoding="utf-8"
+        )
 
 
 @needs_browser
 @pytest.mark.parametrize("width", [400, 1300], ids=["phone", "desk"])
-def test_a_browser_shows_the_page_and_has_nothing_to_complain_of(report: Path, tmp_path: Path, width: int):
+def test_a_browser_shows_the_page_without_complaints(report: Path, tmp_path: Path, width: int):
     html, complaints = opened(report / "index.html", tmp_path / "profile", f"--window-size={width},900")
     assert complaints == []
     assert html.count("<h2") == len(SECTIONS) + 1

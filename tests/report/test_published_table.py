@@ -167,13 +167,13 @@ def test_different_points_are_not_averaged_into_one_cell(small: Small):
 # What cannot be reported.
 
 
-def test_nothing_recorded_is_told(tmp_path: Path):
+def test_a_report_without_recorded_runs_is_refused(tmp_path: Path):
     with pytest.raises(ConfigError, match="no run has been recorded there yet"):
         write_report("table4", [f"outputs={tmp_path}/none"])
     assert list(tmp_path.iterdir()) == []
 
 
-def test_no_tracking_is_told(tmp_path: Path):
+def test_a_report_without_tracking_is_refused(tmp_path: Path):
     with pytest.raises(ConfigError, match="tracking=none: nothing was recorded"):
         write_report("table4", [f"outputs={tmp_path}", "tracking=none"])
 
@@ -186,11 +186,11 @@ def test_no_tracking_is_told(tmp_path: Path):
         ("study.report.row=world.size", r"study\.report\.row=world\.size: should be a valid dictionary"),
     ],
 )
-def test_a_report_that_is_not_described_properly_is_told(override: str, message: str):
+def test_an_invalid_report_is_named_in_the_error(override: str, message: str):
     with shipped_config(), pytest.raises(ConfigError, match=message):
         load_study("table4", [override]).report()
 
 
-def test_an_axis_that_no_point_has_is_told(small: Small):
+def test_an_axis_that_no_point_has_is_refused(small: Small):
     with pytest.raises(ConfigError, match=r"world\.siz\b"):
         replace(small.table, row={"size": "world.siz"}).frames(Runs.of_study(small.study, small.reader))

@@ -1,4 +1,4 @@
-"""The audit: readings are told apart by their points, ranked by their fit, and missing ones are named."""
+"""The audit of readings: points of each reading, ranking by fit, and missing cells."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_a_reading_with_a_missing_cell_is_last_and_without_numbers(study: Study,
     assert np.isnan(last["rms"])
 
 
-def test_files_tell_ranking_commands_and_what_is_missing(
+def test_files_hold_ranking_commands_and_missing_points(
     study: Study, table: PublishedTable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr(ReadingsAudit, "published_table", lambda self: table)

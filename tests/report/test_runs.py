@@ -32,7 +32,7 @@ def test_points_are_chosen_by_values(plan):
     assert runs.where({"world.size": 9}) == []
 
 
-def test_one_point_is_just_one(plan):
+def test_one_point_is_found_or_refused(plan):
     runs = Runs.of_plan(plan, LearningReader(plan))
     assert runs.one({"world.size": 5, "msa.lengths": [2, 3]}).planned.point.world.size == 5
     with pytest.raises(ConfigError, match=r"world\.size=5: should be one point of sweep, not 3"):

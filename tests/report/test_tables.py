@@ -1,4 +1,4 @@
-"""Tables 1, 2 and 3 and Figure 1: numbers, grades, the paper's side, and what is missing."""
+"""Tables 1, 2 and 3 and Figure 1: numbers, grades, published values and missing points."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_a_large_number_is_a_high_grade_where_much_is_meant(number: float, grade
     assert Grading(means="-", limits=(4.0, 2.0, 1.25), larger=True).grade(number) == grade
 
 
-def test_the_rule_of_a_grade_is_told():
+def test_the_rule_of_a_grade_is_written_out():
     assert Grading(means="-", limits=(4.0, 2.0, 1.25), larger=True, of_least=True).rule() == (
         "++ ≥ 4 × the least, + ≥ 2 × the least, 0 ≥ 1.25 × the least, otherwise −"
     )
@@ -178,7 +178,7 @@ def test_a_grade_turns_with_the_number():
     assert [turned["ad_hoc", column] for column in table.gradings] == ["−", "−", "++"]
 
 
-def test_a_representation_of_which_a_point_is_missing_has_no_grade():
+def test_a_row_with_a_missing_point_has_no_grade():
     table: QualityMap = shipped("table3").report()
     found = grades(table, ad_hoc=made_up(10, 1.0, 1.0))
     assert found["distance", "convergence speed"] == ""
@@ -201,7 +201,7 @@ def test_table_3_from_points_to_files(tmp_path: Path):
 
 
 @pytest.mark.parametrize("options", [["linear"], ["linear", "exponential"]])
-def test_schedules_are_told_apart_by_what_varies(options: list[str]):
+def test_names_of_schedules_show_what_varies(options: list[str]):
     points = [{"exploration": o, "exploration.k": k, "exploration.start": 0.9} for o in options for k in (0.02, 0.5)]
     assert schedule_names(points) == [f"{o}, k = {k}" for o in options for k in (0.02, 0.5)]
 
