@@ -106,8 +106,8 @@ def _warn(reason: Exception) -> None:
     if not _warnings_given():
         _warnings_given().append(str(reason))
         warnings.warn(
-            f"compiled code cannot be kept or loaded ({reason!r}); it is compiled anew, which takes some seconds at "
-            "every start. The environment variable NUMBA_CACHE_DIR names another folder for it.",
+            f"compiled code cannot be cached or loaded ({reason!r}); it is compiled again, which takes some seconds at "
+            "every start. Set the environment variable NUMBA_CACHE_DIR to a folder that can be written to.",
             RuntimeWarning,
             stacklevel=2,
         )
