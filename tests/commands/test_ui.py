@@ -156,7 +156,7 @@ def test_a_port_in_use_is_an_error(served: dict[str, str], outputs: Path):
         (["tracking=none"], "nothing is recorded, so there is no store"),
         (["world.size=4"], "not a setting"),
         (["outputs={}", "tracking.experiment=elsewhere"], "there is no such experiment"),
-        (["outputs={}", "--port", "70000"], "no port has this number"),
+        (["outputs={}", "--port", "70000"], "not a valid port number"),
     ],
 )
 def test_invalid_arguments_are_refused(words: list[str], message: str, outputs: Path):
@@ -167,5 +167,5 @@ def test_invalid_arguments_are_refused(words: list[str], message: str, outputs: 
 
 def test_a_server_that_does_not_start_is_explained(tmp_path: Path):
     server = serving("nonsense://store", free_port(), tmp_path / "artifacts")
-    with pytest.raises(ConfigError, match=r"did not start; it said:\n(.*\n)*.*nonsense"):
+    with pytest.raises(ConfigError, match=r"did not start; the end of its log:\n(.*\n)*.*nonsense"):
         server.__enter__()

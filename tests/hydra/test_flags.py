@@ -58,7 +58,7 @@ def command(tmp_path: Path) -> Command:
 @pytest.mark.parametrize("words", [("--help",), ("-h",), ("study=table4", "--help"), ("-m", "-h")])
 def test_help_lists_commands_and_options(words: tuple[str, ...], command: Command):
     lines = [" ".join(line.split()) for line in command(*words).stdout.splitlines()]
-    assert "rl-design-space study=table4 run it; the same again goes on where this one stopped" in lines
+    assert "rl-design-space study=table4 run it; the same command resumes an interrupted run" in lines
     for word, said in command_words.summaries().items():
         assert f"{word} {said}" in lines
     assert "world torus, walled" in lines
