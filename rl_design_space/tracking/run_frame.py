@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import yaml
@@ -108,6 +109,7 @@ def filtered(found: Sequence[FoundRun], text: str) -> list[FoundRun]:
         raise ConfigError.at("filter", text, f"should be a filter of MLflow's search: {first_line}") from error
 
 
+@lru_cache(maxsize=4096)
 def typed(text: str | None) -> Any:
     """Return a param as it was before MLflow made text of it; lists stay text, so that runs can be grouped by them."""
     if text is None:
