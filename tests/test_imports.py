@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -64,3 +65,12 @@ def test_every_option_is_public():
     }
     assert len(options) > 10
     assert options <= set(rl_design_space.__all__)
+
+
+def test_every_package_says_what_is_public():
+    """What is outside `__all__` is internal and may change."""
+    packages = [path.parent for path in Path(rl_design_space.__file__).parent.rglob("__init__.py")]
+    names = [".".join(path.relative_to(Path(rl_design_space.__file__).parents[1]).parts) for path in packages]
+    found = {name: import_module(name) for name in names if "_plugins" not in name}
+    assert len(found) > 10
+    assert [name for name, package in found.items() if not hasattr(package, "__all__")] == []

@@ -1,1 +1,6 @@
-"""The command lines `rl-design-space` and `rl-design-report`, and what they print."""
+"""The command lines `rl-design-space` and `rl-design-report`, and what they print.
+
+This package is internal.
+"""
+
+__all__: list[str] = []

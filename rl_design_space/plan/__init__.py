@@ -1,1 +1,6 @@
-"""Plans: design points with their identity, grids, studies and constraints."""
+"""Plans: design points with their identity, grids, studies and constraints.
+
+This package is internal.
+"""
+
+__all__: list[str] = []

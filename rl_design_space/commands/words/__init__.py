@@ -8,6 +8,8 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 
+__all__ = ["names", "run", "summaries"]
+
 
 def names() -> list[str]:
     """Return the words, sorted."""

@@ -1,1 +1,6 @@
-"""Executors on clusters: Dask and Ray."""
+"""Executors on clusters: Dask and Ray.
+
+This package is internal.
+"""
+
+__all__: list[str] = []
