@@ -22,8 +22,17 @@ def shown_as_messages() -> Iterator[None]:
     except Exception as error:
         from rl_design_space.config.explain import explain  # imports Hydra and pydantic, which only errors need
 
-        explained = explain(error)
+        explained = explain(error) or _unavailable(error)
         if _TRACEBACKS or explained is None:
             raise
         print(f"error: {explained}", file=sys.stderr)
         sys.exit(2)
+
+
+def _unavailable(error: Exception) -> str | None:
+    """Return what to report if a tracking store cannot be reached; None if that is not what went wrong."""
+    from rl_design_space.tracking.store_errors import StoreUnavailableError
+
+    if not isinstance(error, StoreUnavailableError):
+        return None
+    return f"the tracking store cannot be reached at the moment: {error}; tracking.uri=URI names another store"

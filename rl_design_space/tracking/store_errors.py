@@ -25,6 +25,8 @@ class StoreUnavailableError(Exception):
 
 def as_tracking_error(uri: str, error: Exception) -> ConfigError | StoreUnavailableError:
     """Translate an exception of a store, a driver or the file system into one of this package."""
+    if isinstance(error, (ConfigError, StoreUnavailableError)):
+        return error
     if denied := access_error(uri, error):
         return denied
     if is_transient(error):

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import sqlite_path
 from rl_design_space.tracking.connection import connect
-from rl_design_space.tracking.store_errors import StoreUnavailableError
 from rl_design_space.tracking.view_state import VIEW_TAG
 from rl_design_space.tracking.views import POINTS_KEY, STUDY_KEY, SWEEPS_KEY, link
 
@@ -55,16 +54,14 @@ def find_pages(tracking: MlflowTracking) -> UiPages:
 
     Raises:
         ConfigError: nothing was recorded, or the store cannot be used.
+        StoreUnavailableError: the store cannot be reached at the moment.
     """
     database = sqlite_path(tracking.uri)
     if database and not database.exists():
         raise ConfigError.at("tracking.uri", tracking.uri, "no run has been recorded there yet")
-    try:
-        client = connect(tracking.uri)
-        points = client.get_experiment_by_name(tracking.experiment)
-        sweeps = client.get_experiment_by_name(tracking.sweeps)
-    except StoreUnavailableError as error:
-        raise ConfigError.at("tracking.uri", tracking.uri, f"cannot be reached at the moment: {error}") from error
+    client = connect(tracking.uri)
+    points = client.get_experiment_by_name(tracking.experiment)
+    sweeps = client.get_experiment_by_name(tracking.sweeps)
     if points is None:
         raise ConfigError.at(
             "tracking.experiment", tracking.experiment, f"there is no such experiment in {tracking.uri}"
