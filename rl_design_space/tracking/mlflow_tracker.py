@@ -75,11 +75,6 @@ class MlflowTracker:
         #: Whether the disk has been full for `patience` seconds.
         self._disk_is_full = False
 
-    @property
-    def unavailable(self) -> bool:
-        """Whether the store could not be asked which points it has."""
-        return not self._store_answers
-
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the recorded points among these, by fingerprint; those with a pending record have no run id yet.
 
