@@ -1,8 +1,10 @@
-"""Random design points, small enough for the reference implementation."""
+"""Random design points, small enough for the reference implementation, and random results."""
 
 from __future__ import annotations
 
+import numpy as np
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
 
 from rl_design_space.design import (
     AdHoc,
@@ -21,6 +23,7 @@ from rl_design_space.design import (
     Torus,
     Walled,
 )
+from rl_design_space.learning import LearningCurves
 
 probabilities = st.floats(0, 1)
 observed_goals = st.sampled_from(["all", "remaining"])
@@ -90,4 +93,20 @@ def points(draw: st.DrawFn) -> DesignPoint:
         msa=draw(multi_step_actions),
         reward=draw(rewards),
         learner=draw(learners),
+    )
+
+
+@st.composite
+def results(draw: st.DrawFn, point: DesignPoint) -> LearningCurves:
+    """Draw results of a point, of any shape, with steps around the limits of 16 and 32 bits."""
+    periods, trials = shape = draw(array_shapes(min_dims=2, max_dims=2, max_side=6))
+    steps = st.integers(1, 9) | st.sampled_from([65_535, 65_536, 2**31 - 1])
+    return LearningCurves(
+        steps=draw(arrays(np.int32, shape, elements=steps)),
+        success=draw(arrays(np.bool_, shape)),
+        optimum=draw(arrays(np.int32, periods, elements=st.integers(1, 9))),
+        rows=draw(arrays(np.int32, (periods, 2), elements=st.integers(0, 99))),
+        epsilon=draw(arrays(np.float64, trials, elements=st.floats(0, 1))),
+        seconds=draw(st.floats(1e-3, 1e6)),
+        known_point=point,
     )

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import array_shapes, arrays
 
 from rl_design_space.design import DesignPoint, Task, Torus
 from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.learning.archive import read_arrays
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.learning.result import Kept, read_saved
+from tests.learning.strategies import results
 
 CAP = 100
 
@@ -172,24 +172,8 @@ def test_computing_curves_does_not_change_the_result():
 POINT = DesignPoint(task=Task(goals=1, periods=2, trials=3), world=Torus(size=20))
 
 
-@st.composite
-def results(draw: st.DrawFn) -> LearningCurves:
-    """Draw results of any shape, with steps around the limits of 16 and 32 bits."""
-    periods, trials = shape = draw(array_shapes(min_dims=2, max_dims=2, max_side=6))
-    steps = st.integers(1, 9) | st.sampled_from([65_535, 65_536, 2**31 - 1])
-    return LearningCurves(
-        steps=draw(arrays(np.int32, shape, elements=steps)),
-        success=draw(arrays(np.bool_, shape)),
-        optimum=draw(arrays(np.int32, periods, elements=st.integers(1, 9))),
-        rows=draw(arrays(np.int32, (periods, 2), elements=st.integers(0, 99))),
-        epsilon=draw(arrays(np.float64, trials, elements=st.floats(0, 1))),
-        seconds=draw(st.floats(1e-3, 1e6)),
-        known_point=POINT,
-    )
-
-
 @settings(deadline=None)
-@given(result=results(), compress=st.booleans())
+@given(result=results(POINT), compress=st.booleans())
 def test_a_saved_result_is_loaded_bit_by_bit(result: LearningCurves, compress: bool):
     file = BytesIO()
     result.save(file, compress=compress)

@@ -11,34 +11,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import array_shapes, arrays
 
 from rl_design_space.learning import LearningCurves
 from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.content import content_of, metrics
 from rl_design_space.tracking.record import point_record, result_of
 from rl_design_space.tracking.spool import CorruptedRecordError, Record, Spool
+from tests.learning.strategies import results
 from tests.tracking.stores import learned
 
 PLANNED, CURVES = learned()
 ON_DEMAND = ("steps/q10", "steps/q90", "steps/over_optimum", "epsilon")
-#: Steps around the limit of 16 bits, and the largest step cap.
-STEPS = st.integers(1, 9) | st.sampled_from([65_535, 65_536, 2**31 - 1])
-
-
-@st.composite
-def results(draw: st.DrawFn) -> LearningCurves:
-    shape = draw(array_shapes(min_dims=2, max_dims=2, max_side=6))
-    periods, trials = shape
-    return LearningCurves(
-        steps=draw(arrays(np.int32, shape, elements=STEPS)),
-        success=draw(arrays(np.bool_, shape)),
-        optimum=draw(arrays(np.int32, periods, elements=st.integers(1, 9))),
-        rows=draw(arrays(np.int32, (periods, 2), elements=st.integers(0, 99))),
-        epsilon=draw(arrays(np.float64, trials, elements=st.floats(0, 1))),
-        seconds=draw(st.floats(1e-3, 1e6)),
-        known_point=PLANNED.point,
-    )
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +36,7 @@ def through(spool: Spool, record: Record) -> Record:
 
 
 @settings(deadline=None)
-@given(result=results())
+@given(result=results(PLANNED.point))
 def test_a_result_is_read_bit_by_bit(spool: Spool, result: LearningCurves):
     back = result_of(through(spool, point_record(PLANNED, result, {})))
     assert back.seconds == result.seconds
@@ -64,7 +47,7 @@ def test_a_result_is_read_bit_by_bit(spool: Spool, result: LearningCurves):
 
 
 @settings(deadline=None)
-@given(result=results(), every=st.integers(1, 4))
+@given(result=results(PLANNED.point), every=st.integers(1, 4))
 def test_a_run_gets_the_metrics_of_the_result(spool: Spool, result: LearningCurves, every: int):
     record = through(spool, point_record(PLANNED, result, {}, curves=ON_DEMAND, every=every))
     scalars = result.scalars()
