@@ -164,8 +164,8 @@ class BackgroundDelivery:
 
     def _run(self) -> None:
         while not self._leaving and not self._unusable:
+            self._note_messages()  # first, so that a process that has just opened the store is not taken for starved
             self._keep_process()
-            self._note_messages()
             self._note_deliveries()
             with self._changed:
                 self._changed.wait_for(lambda: self._leaving, _LONG_POLL if len(self._pending) > _MANY else _POLL)
