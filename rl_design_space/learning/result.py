@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.learning.archive import read_arrays, write_arrays
-from rl_design_space.learning.measures import FINAL_TRIALS, MEASURES, SCALARS
+from rl_design_space.learning.measures import FINAL_TRIALS, MEASURES, SCALARS, scaled_to_equal_steps
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -152,11 +152,11 @@ class LearningCurves:
         if len(self.steps) > 1:
             values["total_steps_sem"] = self._standard_error
         side = self.side if shape is None else _side(shape)
-        for name in MEASURES.keys() & set(SCALARS):
+        for name in MEASURES.keys() & set(SCALARS) - {"total_steps_scaled"}:  # which `shape` may override
             each = MEASURES[name].each(self)
             assert each is not None
             values[name] = float(each.mean())
-        values["total_steps_scaled"] = values["total_steps"] * 10 / side
+        values["total_steps_scaled"] = scaled_to_equal_steps(values["total_steps"], side)
         return {name: values[name] for name in SCALARS if name in values and not math.isnan(values[name])}
 
     def save(self, file: Path | BinaryIO, *, keep: Kept = "periods", compress: bool = True) -> None:
