@@ -95,6 +95,9 @@ class _ObjectiveMonitor:
             self.objectives[planned.fingerprint] = objective_value(self._objective, result.scalars())
         self.display.point_ended(planned, result)
 
+    def waiting(self, points: int) -> None:
+        self.display.waiting(points)
+
     def delivering(self, pending: int, problem: str) -> None:
         self.display.delivering(pending, problem)
 

@@ -56,6 +56,7 @@ class Display:
         self._work = self._work_left = sum(_work(planned) for planned in found.points)
         self._running: dict[str, str] = {}
         self._delivery = ""
+        self._waiting = self._told = 0
         self._times: deque[float] = deque(maxlen=_RECENT)
         self._begun = self._shown = clock()
         self._lock = Lock()
@@ -106,6 +107,13 @@ class Display:
             self._shown = self._clock()
             self._print(f"[{self._before + self._ended}/{self._total}] {self._state()}{self._names()}")
 
+    def waiting(self, points: int) -> None:
+        """Show the number of points that only other processes are working on, if it is another one than before."""
+        self._waiting = points
+        if points not in (0, self._told) and not self._running and not self._console.is_terminal and self._is_due():
+            self._shown, self._told = self._clock(), points
+            self._print(self._waits())
+
     def delivering(self, pending: int, problem: str) -> None:
         """Show the number of pending records, and the current problem of the store, if any."""
         self._delivery = f"delivering {counted(pending, 'record')} to the store{f': {problem}' if problem else ''}"
@@ -122,6 +130,8 @@ class Display:
         lines = [Text(f"  {name}", style="dim", no_wrap=True, overflow="ellipsis") for name in names[:_LISTED]]
         if len(names) > _LISTED:
             lines.append(Text(f"  … and {len(names) - _LISTED} more running", style="dim"))
+        if self._waiting:
+            lines.append(Text(f"  {self._waits()}", style="dim", no_wrap=True, overflow="ellipsis"))
         if self._delivery:
             lines.append(Text(f"  {self._delivery}", style="dim", no_wrap=True, overflow="ellipsis"))
         return Group(self._bar, *lines)
@@ -139,6 +149,9 @@ class Display:
             parts.append(f"{duration(left)} left")
         parts.append(f"{self._failed} failed")
         return ", ".join(parts)
+
+    def _waits(self) -> str:
+        return f"waiting for {counted(self._waiting, 'point')} that other processes have locked"
 
     def _names(self) -> str:
         """Return the running points, as the end of a plain line."""

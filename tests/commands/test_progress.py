@@ -123,6 +123,19 @@ def test_the_delivery_is_shown_every_few_seconds(pending: int, problem: str, lin
     assert screen.lines[1:] == [line]
 
 
+def test_points_of_other_processes_are_announced_once():
+    screen = Screen()
+    with screen.display:
+        screen.display.waiting(3)
+        screen.now += 10
+        for points in (2, 2, 0, 1):
+            screen.display.waiting(points)
+            screen.now += 3
+    assert screen.lines[1:] == [
+        f"waiting for {points} that other processes have locked" for points in ("2 points", "1 point")
+    ]
+
+
 def test_a_terminal_shows_a_bar_and_the_running_points():
     screen = Screen(terminal=True)
     with screen.display:
