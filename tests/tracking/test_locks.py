@@ -163,9 +163,7 @@ def test_a_folder_for_locks_that_is_another_users_is_refused(tmp_path: Path, mon
     us = os.getuid()
     (tmp_path / f"rl-design-space-{us + 1}").mkdir()
     monkeypatch.setattr("os.getuid", lambda: us + 1)
-    with pytest.raises(
-        ConfigError, match=r"rl-design-space-\d+: belongs to .*; locks of a tracking server are"
-    ):
+    with pytest.raises(ConfigError, match=r"rl-design-space-\d+: belongs to .*; locks of a tracking server are"):
         locks_path("http://a:5000", tmp_path)
 
 
@@ -196,7 +194,5 @@ def test_something_else_than_a_file_is_refused(path: Path):
         PointLocks(path)
     path.unlink()
     path.mkdir()
-    with pytest.raises(
-        ConfigError, match=r"store\.claims: cannot be opened for locking \(Is a directory, it bel"
-    ):
+    with pytest.raises(ConfigError, match=r"store\.claims: cannot be opened for locking \(Is a directory, it bel"):
         PointLocks(path)
