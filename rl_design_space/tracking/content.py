@@ -15,6 +15,8 @@ from rl_design_space.tracking import values
 from rl_design_space.tracking.record import result_of
 from rl_design_space.tracking.spool import Record
 
+#: In C where PyYAML has it.
+_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 #: File names of a run's artifacts.
 PERIODS_FILE, CONFIG_FILE = "periods.npz", "config.yaml"
 
@@ -72,7 +74,8 @@ def metrics(
 
 def config_file(command: str, config: Mapping[str, Any]) -> bytes:
     """Return the resolved config as YAML, below a comment with the command that runs the point."""
-    return f"# {command}\n{yaml.safe_dump(config, sort_keys=False, allow_unicode=True)}".encode()
+    text: str = yaml.dump(config, Dumper=_DUMPER, sort_keys=False, allow_unicode=True)
+    return f"# {command}\n{text}".encode()
 
 
 def periods_file(learned: LearningCurves, keep: Kept = "periods") -> bytes:
