@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from rl_design_space.tracking import values
 from rl_design_space.tracking.artifacts import artifacts_folder, experiment_artifacts
 from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.locks import PointLocks
@@ -67,6 +68,9 @@ class ClientWriter:
         """Mark as KILLED the RUNNING runs that no process will finish."""
         for run in self._client.search_runs([self._points, self._sweeps], "attributes.status = 'RUNNING'"):
             self._kill_if_stale(run.info.run_id, RunningRun.of(run.data.tags))
+
+    def close(self) -> None:
+        """Close nothing: MLflow keeps its connections while the process lives."""
 
     def _kill_if_stale(self, run_id: str, run: RunningRun) -> None:
         if run.is_stale(self._spool, self._locks):
@@ -135,7 +139,7 @@ class ClientWriter:
         run = self._client.create_run(
             experiment,
             start_time=content["started"],
-            run_name=content["name"],
+            run_name=values.run_name(content["name"]),
             tags={**content["tags"], **tags, SPOOL_TAG: self._identity},
         )
         return str(run.info.run_id)

@@ -125,7 +125,7 @@ class DatabaseRuns:
             query = query.where(RUNS.c.status == "FINISHED")
         # The last one that is found for a value wins.
         query = query.order_by(case((RUNS.c.status == "FINISHED", 1), else_=0))
-        return dict(self._connection.execute(query).tuples().all())
+        return {row.value: row.run_uuid for row in self._connection.execute(query)}
 
     def existing(self, run_ids: Collection[str]) -> set[str]:
         """Return those of these run ids of which there are runs, deleted ones included."""

@@ -6,16 +6,20 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import groupby
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sqlalchemy import text
 
+from rl_design_space.tracking import values
+from rl_design_space.tracking.address import sqlite_path
 from rl_design_space.tracking.artifacts import artifacts_folder, is_local
 from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.database_runs import DatabaseRuns, Experiment, NewRun
 from rl_design_space.tracking.locks import PointLocks, lock_number
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
+from rl_design_space.tracking.store_errors import StoreUnavailableError
 from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, NOTE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 
 if TYPE_CHECKING:
@@ -40,7 +44,8 @@ class DatabaseWriter:
         self._engine = engine
         self._spool = spool
         self._locks = locks
-        self._address = spool.address
+        self._path = sqlite_path(spool.address.uri)
+        self._opened = _inode(self._path)
 
     def has_local_artifacts(self) -> bool:
         """Create the experiments if missing; return whether the artifacts of both are files of this machine.
@@ -74,6 +79,10 @@ class DatabaseWriter:
         with self._transaction(["stale"]) as batch:
             batch.close_stale_runs()
 
+    def close(self) -> None:
+        """Close connections."""
+        self._engine.dispose()
+
     def _writers(self, batch: _Batch) -> Mapping[str, Callable[[Record], None]]:
         return {
             OPEN: batch.open_sweep,
@@ -84,7 +93,13 @@ class DatabaseWriter:
 
     @contextmanager
     def _transaction(self, keys: Sequence[str]) -> Iterator[_Batch]:
-        """Begin a transaction; none that has a key in common can be open at the same time."""
+        """Begin a transaction; none that has a key in common can be open at the same time.
+
+        Raises:
+            StoreUnavailableError: the database is not that which was opened; it was removed or replaced.
+        """
+        if _inode(self._path) != self._opened:
+            raise StoreUnavailableError(f"{self._path}: was removed or replaced")
         with self._engine.begin() as connection:
             if connection.dialect.name == "postgresql":
                 # All transactions lock in the same order. SQLite has one transaction at a time.
@@ -160,7 +175,13 @@ class _Batch:
         content = record.content
         tags = {**content["tags"], SWEEP_TAG: record.key, SPOOL_TAG: self._spool.identity}
         run = NewRun(
-            record.digest[:32], content["name"], content["started"], "RUNNING", None, tags, artifacts=record.files
+            run_id=record.digest[:32],
+            name=values.run_name(content["name"]),
+            started=content["started"],
+            status="RUNNING",
+            ended=None,
+            tags=tags,
+            artifacts=record.files,
         )
         self._runs.add(self.sweeps, [run])
         return run.run_id
@@ -170,7 +191,7 @@ def _point_run(record: Record, spool: str) -> NewRun:
     content, run_content = record.content, content_of(record)
     return NewRun(
         run_id=record.digest[:32],
-        name=content["name"],
+        name=values.run_name(content["name"]),
         started=content["started"],
         status="FINISHED",
         ended=_now(),
@@ -179,6 +200,14 @@ def _point_run(record: Record, spool: str) -> NewRun:
         metrics=run_content.metrics,
         artifacts=run_content.artifacts,
     )
+
+
+def _inode(path: Path | None) -> int:
+    """Return the number that identifies a file; 0 if there is none."""
+    try:
+        return path.stat().st_ino if path else 0
+    except OSError:
+        return 0
 
 
 def _now() -> int:

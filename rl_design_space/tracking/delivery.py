@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from threading import Event
 
 from filelock import Timeout
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.locks import locks_at, locks_path
+from rl_design_space.tracking.record_schema import checked
 from rl_design_space.tracking.spool import CorruptedRecordError, Record, Spool, is_summary
 from rl_design_space.tracking.store_errors import StoreUnavailableError, access_error, first_line, is_transient
 from rl_design_space.tracking.store_writer import StoreWriter, open_writer
@@ -43,7 +44,9 @@ class Delivery:
         self._pause = 0.0
         self._writer: StoreWriter | None = None
         self._queue: deque[str] = deque()
+        #: Numbers of failures of each record; how often the store has refused it.
         self._failures: Counter[str] = Counter()
+        self._refusals: Counter[str] = Counter()
 
     def run_while(self, active: Callable[[], bool]) -> None:
         """Deliver records as they are written, until a condition no longer holds or `ended` is set.
@@ -80,6 +83,12 @@ class Delivery:
         if self._writer and not self._pause:
             self._deliver([name for name in self._spool.pending() if is_summary(name)], self._writer)
 
+    def close(self) -> None:
+        """Close the connection to the store, which is opened again when there is something to deliver."""
+        if self._writer:
+            self._writer.close()
+            self._writer = None
+
     def _deliver_next(self) -> bool:
         """Deliver the next records; return False if there are none."""
         try:
@@ -92,14 +101,16 @@ class Delivery:
             self._queue.extend(sorted(self._spool.pending(), key=lambda name: self._failures[name]))
         if not self._queue:
             return False
-        # One that has failed is delivered alone: it may be the cause.
-        names = [self._queue.popleft()]
-        while (
-            len(names) < writer.batch and self._queue and not self._failures[names[0]] + self._failures[self._queue[0]]
-        ):
-            names.append(self._queue.popleft())
-        self._deliver(names, writer)
+        self._deliver(self._next_names(writer.batch), writer)
         return True
+
+    def _next_names(self, batch: int) -> list[str]:
+        """Take the next records from the queue; one that has failed alone, because it may be the cause."""
+        names = [self._queue.popleft()]
+        if not self._failures[names[0]]:
+            while self._queue and len(names) < batch and not self._failures[self._queue[0]]:
+                names.append(self._queue.popleft())
+        return names
 
     def _deliver(self, names: Sequence[str], writer: StoreWriter) -> None:
         records = [record for name in names if (record := self._read(name, writer))]
@@ -109,15 +120,21 @@ class Delivery:
             writer.write(records)
         except ConfigError:
             raise
+        except CorruptedRecordError as error:
+            self._quarantine(error.name, str(error), writer)
+            self._queue.extendleft(record.name for record in reversed(records) if record.name != error.name)
         except Exception as error:
             if denied := access_error(self._spool.address.uri, error):
                 raise denied from error
-            for record in records:
-                self._failures[record.name] += 1
-            if is_transient(error) or len(records) > 1 or self._failures[records[0].name] < _REFUSALS:
+            self._failures.update(record.name for record in records)
+            if is_transient(error):
+                if isinstance(error, StoreUnavailableError):
+                    self.close()
                 self._failed(first_line(error))
+            elif len(records) > 1:
+                self._queue.extendleft(record.name for record in reversed(records))
             else:
-                self._quarantine(records[0].name, f"the store refused it: {first_line(error)}", writer)
+                self._refused(records[0].name, first_line(error), writer)
         else:
             for record in records:
                 self._spool.remove(record.name)
@@ -126,12 +143,19 @@ class Delivery:
     def _read(self, name: str, writer: StoreWriter) -> Record | None:
         """Return a pending record; None if it has been delivered, or cannot be and is quarantined."""
         try:
-            return self._spool.read(name)
+            return checked(self._spool.read(name))
         except FileNotFoundError:
             return None
         except CorruptedRecordError as error:
             self._quarantine(name, str(error), writer)
             return None
+
+    def _refused(self, name: str, reason: str, writer: StoreWriter) -> None:
+        self._refusals[name] += 1
+        if self._refusals[name] < _REFUSALS:
+            self._failed(reason)
+        else:
+            self._quarantine(name, f"the store refused it: {reason}", writer)
 
     def _quarantine(self, name: str, reason: str, writer: StoreWriter) -> None:
         self._spool.quarantine(name, reason)
@@ -189,8 +213,8 @@ def deliver_all(spool: Spool, patience: float) -> str:
         current = problem or ""
 
     try:
-        with spool.lock.acquire(timeout=patience):
-            Delivery(spool, note, Event()).run_until_empty(patience)
+        with spool.lock.acquire(timeout=patience), closing(Delivery(spool, note, Event())) as delivery:
+            delivery.run_until_empty(patience)
     except Timeout:
         return "another process is delivering them"
     return current

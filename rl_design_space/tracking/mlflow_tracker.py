@@ -15,6 +15,7 @@ from rl_design_space.tracking.background import BackgroundDelivery, background_d
 from rl_design_space.tracking.locks import locks_at, locks_path
 from rl_design_space.tracking.origin import origin_tags
 from rl_design_space.tracking.queries import queries_of
+from rl_design_space.tracking.record_schema import checked
 from rl_design_space.tracking.spool import CLOSE, OPEN, STUDIES, TIDY, CorruptedRecordError, Record, Spool, point_name
 from rl_design_space.tracking.store_errors import StoreUnavailableError
 from rl_design_space.tracking.tags import NOTE_TAG, studies_of, study_tags
@@ -158,7 +159,7 @@ class MlflowTracker:
             if not self._spool.has(name):
                 continue
             try:
-                content = self._spool.read(name).content
+                content = checked(self._spool.read(name)).content
             except FileNotFoundError:
                 continue
             except CorruptedRecordError as error:

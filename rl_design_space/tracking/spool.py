@@ -27,7 +27,16 @@ _ABANDONED = 3600
 
 
 class CorruptedRecordError(Exception):
-    """A record whose file does not hold what was written; the message says so in full."""
+    """A record whose file does not hold what was written; the message says so in full.
+
+    Args:
+        name: of the record.
+        reason: the message.
+    """
+
+    def __init__(self, name: str, reason: str) -> None:
+        super().__init__(reason)
+        self.name = name
 
 
 @dataclass(frozen=True)
@@ -134,13 +143,13 @@ class Spool:
         """
         digest, content = _split((self.folder / name).read_bytes())
         if digest != _digest(content):
-            raise CorruptedRecordError("record is corrupted (checksum mismatch)")
+            raise CorruptedRecordError(name, "record is corrupted (checksum mismatch)")
         try:
             record = _unpacked(content, digest.hex())
-        except (KeyError, ValueError) as error:
-            raise CorruptedRecordError(f"record is corrupted (cannot be read: {error})") from error
+        except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
+            raise CorruptedRecordError(name, f"record is corrupted (cannot be read: {error})") from error
         if record.name != name:
-            raise CorruptedRecordError(f"record is corrupted (its file holds {record.name})")
+            raise CorruptedRecordError(name, f"record is corrupted (its file holds {record.name})")
         return record
 
     def remove(self, name: str) -> None:
@@ -246,10 +255,19 @@ def _packed(record: Record) -> bytes:
 
 
 def _unpacked(packed: bytes, digest: str) -> Record:
+    """Return the record, whose writer need not have been this program.
+
+    Raises:
+        Exception: of whatever type, if it is not what `_packed` returns.
+    """
     line, _, rest = packed.partition(b"\n")
     header, files, end = json.loads(line), {}, 0
     for name, size in header["files"].items():
+        if Path(name).name != name or not 0 <= size <= len(rest) - end:
+            raise ValueError(f"a file {name!r} of {size!r} bytes")
         files[name] = rest[end : (end := end + size)]
+    if header["kind"] not in KINDS or not isinstance(header["key"], str) or not isinstance(header["content"], dict):
+        raise ValueError("its kind, key or content is not that of a record")
     return Record(header["kind"], header["key"], header["content"], files, digest)
 
 

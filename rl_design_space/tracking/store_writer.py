@@ -36,6 +36,10 @@ class StoreWriter(Protocol):
         """
         ...
 
+    def close(self) -> None:
+        """Close connections."""
+        ...
+
 
 def open_writer(spool: Spool, locks: PointLocks) -> StoreWriter:
     """Open the store of a spool, which is created or migrated if need be.
@@ -60,6 +64,7 @@ def open_writer(spool: Spool, locks: PointLocks) -> StoreWriter:
         writer = DatabaseWriter(engine, spool, locks)
         if writer.has_local_artifacts():
             return writer
+        writer.close()
     from rl_design_space.tracking.client_writer import ClientWriter
 
     return ClientWriter(connect(address.uri), spool, locks)
