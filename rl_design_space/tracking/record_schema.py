@@ -11,7 +11,7 @@ from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Co
 
 _Texts = dict[str, str]
 _Number = Annotated[float, Field(allow_inf_nan=False)]
-_Time = Annotated[int, Field(ge=0)]
+_Time = Annotated[int, Field(ge=0, lt=2**53)]
 
 
 class _Content(BaseModel):
