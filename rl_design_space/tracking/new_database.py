@@ -37,7 +37,7 @@ def _copied(template: Path, path: Path) -> bool:
         _copy(template, path)
         with closing(sqlite3.connect(path)) as database:
             if database.execute("PRAGMA integrity_check").fetchone() != ("ok",):
-                return False
+                raise sqlite3.DatabaseError(f"{template} is damaged")
             now = int(time.time() * 1000)
             update = "UPDATE experiments SET artifact_location = ?, creation_time = ?, last_update_time = ?"
             database.execute(update, (str(Path("mlruns/0").absolute()), now, now))
@@ -65,6 +65,7 @@ def _copy(source: Path, target: Path) -> None:
         closing(sqlite3.connect(target)) as other,
     ):
         one.backup(other)
+        other.execute("PRAGMA journal_mode = DELETE")  # without a log beside it
 
 
 def _cache() -> Path:
