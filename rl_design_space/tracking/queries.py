@@ -37,6 +37,14 @@ class Queries(Protocol):
         """Count the runs by status."""
         ...
 
+    def check(self) -> None:
+        """Check that results can be recorded: no experiment was deleted, MLflow can use the schema of a database."""
+        ...
+
+    def recorded(self, fingerprints: Collection[str]) -> set[str]:
+        """Return those of these points that have a complete run."""
+        ...
+
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
         ...
