@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,7 +15,7 @@ from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.locks import PointLocks
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
-from rl_design_space.tracking.store_errors import StoreUnavailableError, deleted_experiment
+from rl_design_space.tracking.store_errors import DeletedExperimentError, StoreUnavailableError, deleted_experiment
 from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, NOTE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ class ClientWriter:
 
     def close_stale_runs(self) -> None:
         """Mark as KILLED the RUNNING runs that no process will finish."""
-        for run in self._client.search_runs([self._points, self._sweeps], "attributes.status = 'RUNNING'"):
+        for run in self._client.search_runs(self._usable, "attributes.status = 'RUNNING'"):
             self._kill_if_stale(run.info.run_id, RunningRun.of(run.data.tags))
 
     def close(self) -> None:
@@ -122,6 +123,15 @@ class ClientWriter:
     @cached_property
     def _sweeps(self) -> str:
         return self._experiment("sweeps", self._address.sweeps)
+
+    @property
+    def _usable(self) -> list[str]:
+        """Ids of those of both experiments that were not deleted."""
+        found = []
+        for name in ("_points", "_sweeps"):
+            with suppress(DeletedExperimentError):
+                found.append(getattr(self, name))
+        return found
 
     def _experiment(self, key: str, name: str) -> str:
         folder = artifacts_folder(self._address, self._spool.folder.parent)
