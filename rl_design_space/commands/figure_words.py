@@ -79,7 +79,7 @@ def _parser(word: str) -> argparse.ArgumentParser:
         parser.add_argument("b", help="values of the same parameters on the other side")
     if word != "curves":
         parser.add_argument("--value", default="total_steps", help="which scalar (default: %(default)s)")
-    if word in ("heatmap", "curves"):
+    if word != "sensitivity":
         parser.add_argument("--mean", action="store_true", help="average runs that differ in more than their seed")
     parser.add_argument("--study", help="the runs of a study; all recorded runs if neither this nor --filter is given")
     parser.add_argument("--filter", help="the runs that a filter of MLflow finds: \"params.reward = 'end_reward'\"")

@@ -16,12 +16,12 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.averaging import differing
 from rl_design_space.analysis.learning_curves import curve_frame, curve_summary, random_walk_steps
 from rl_design_space.config.build import construct
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report, Text
 from rl_design_space.report.markdown import table
 from rl_design_space.report.runs import Point, Runs, Where

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
-from rl_design_space.analysis.averaging import differing
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.differences import differing
 
 #: Runs that differ in this alone are repetitions of each other.
 SEED = "seed"

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.averaging import estimate, mean_of_runs
+from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
+from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measure, scaled_to_equal_steps
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.plan.differences import differing
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import SEED, order, text
 from rl_design_space.tracking.run_frame import ABOUT, typed
@@ -171,9 +173,25 @@ class Runs:
         """
         found = self.where(where)
         if len(found) != 1:
-            wanted = " ".join(f"{name}={value}" for name, value in where.items())
-            raise ConfigError(f"{wanted}: should be one point of {self._name}, not {len(found)}")
+            raise self._not_one(where, found)
         return found[0]
+
+    def seeds(self, where: Where) -> list[Point]:
+        """Return the only design that has these values: its points, one for each seed.
+
+        Raises:
+            ConfigError: there is none, or there are several.
+        """
+        designs = by_design(found := self.where(where))
+        if len(designs) != 1:
+            raise self._not_one(where, found)
+        return designs[0]
+
+    def _not_one(self, where: Where, found: Sequence[Point]) -> ConfigError:
+        wanted = " ".join(f"{name}={value}" for name, value in where.items())
+        names = ", ".join(differing([point.parameters for point in found]))
+        differ = f"; they differ in {names}" if names else ""
+        return ConfigError(f"{wanted}: should be one point of {self._name}, not {len(found)}{differ}")
 
     def grouped(
         self, names: Sequence[str], points: Iterable[Point] | None = None
@@ -216,6 +234,19 @@ class Runs:
             )
         return result
 
+    def pooled(self, seeds: Sequence[Point]) -> LearningCurves | None:
+        """Return the periods of all seeds of one design as one result; None if one of them has no run.
+
+        Raises:
+            ConfigError: the points differ in more than their seed, or a run did not keep its periods.
+        """
+        if others := [name for name in differing([point.parameters for point in seeds]) if name != SEED]:
+            raise ConfigError(
+                f"{', '.join(others)}: {len(seeds)} points of {self._name} differ in this where one is needed; choose one"
+            )
+        results = [result for point in seeds if (result := self.result(point))]
+        return pooled(results) if results and len(results) == len(seeds) else None
+
     def curve(self, point: Point, name: str) -> FloatArray:
         """Return a learning curve of a recorded point, (trials,).
 
@@ -246,27 +277,44 @@ class Runs:
         return measure(name).each(result)
 
     def estimate(self, points: Sequence[Point], name: str) -> Estimate:
-        """Return the mean of a scalar over runs, with its interval where the periods are known.
+        """Return the mean of a scalar over designs, with its interval where the periods are known.
 
         Raises:
             ConfigError: there is no such scalar.
         """
         recorded = [point for point in points if point.run]
-        strata = [stratum(point) for point in recorded]
+        repetitions = [repetition(point) for point in recorded]
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):
-            return mean_of_runs(known, strata)
+            return mean_of_runs(known, repetitions)
         results = [result for point in recorded if (result := self.kept(point))]
         if results and len(results) == len(recorded) and name in MEASURES:
-            return estimate(MEASURES[name], results, strata)
-        numbers = [point.run.scalars.get(name, float("nan")) for point in recorded if point.run]
+            return estimate(MEASURES[name], results, repetitions)
+        numbers = [self._scalar(seeds, name) for seeds in by_design(recorded)]
         mean = sum(numbers) / len(numbers) if numbers else float("nan")
         return Estimate(mean, float("nan"), float("nan"))
 
+    def _scalar(self, seeds: Sequence[Point], name: str) -> float:
+        """Return a scalar of the seeds of one design: that of all their periods if they are known, else the mean."""
+        results = [result for point in seeds if (result := self.kept(point))]
+        if len(seeds) > 1 and len(results) == len(seeds) and name in (scalars := pooled(results).scalars()):
+            return scalars[name]
+        numbers = [point.run.scalars.get(name, float("nan")) for point in seeds if point.run]
+        return sum(numbers) / len(numbers)
 
-def stratum(point: Point) -> Hashable:
-    """Return what points have in common whose periods met the same layouts and are resampled together."""
-    return point.key((SEED, "task.periods"))
+
+def by_design(points: Iterable[Point]) -> list[list[Point]]:
+    """Return points by design: those that differ in their seed alone are together, in the order of their seeds."""
+    designs: dict[Hashable, list[Point]] = {}
+    for point in sorted(points, key=lambda point: order(point.parameters.get(SEED))):
+        designs.setdefault(repetition(point).design, []).append(point)
+    return list(designs.values())
+
+
+def repetition(point: Point) -> Repetition:
+    """Return the design of a point, everything but its seed, and its seed."""
+    design = tuple(sorted((name, value) for name, value in point.parameters.items() if name != SEED))
+    return Repetition(design, point.parameters.get(SEED))
 
 
 def _comparable(value: Any) -> Any:
