@@ -81,9 +81,7 @@ _OF_PERIODS = ("steps", "success", "optimum", "rows")
 
 def _pooled(pool: Pool, design: int, runs: Sequence[LearningCurves]) -> LearningCurves:
     """Return the result of a design, its periods in the order in which they are resampled."""
-    together: dict[str, Any] = {
-        name: pool.pooled(design, [getattr(run, name) for run in runs]) for name in _OF_PERIODS
-    }
+    together: dict[str, Any] = {name: pool.pooled(design, [getattr(run, name) for run in runs]) for name in _OF_PERIODS}
     return replace(runs[pool.designs[design][0]], **together)
 
 

@@ -21,7 +21,8 @@ from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import SEED, check_averaged, label, order
-from rl_design_space.report.runs import Point, Runs, repetition
+from rl_design_space.report.points import Point, repetition
+from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import DARK_BLUE, beyond, interval, number, styled, tidy
 
 #: Name of the row of all pairs together.

@@ -17,7 +17,8 @@ from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.heatmap import Names
 from rl_design_space.report.parameters import check_averaged, label
-from rl_design_space.report.runs import Point, Runs, by_design, repetition
+from rl_design_space.report.points import Point, by_design, repetition
+from rl_design_space.report.runs import Runs
 
 #: Lines that can be told apart.
 _MOST = 12

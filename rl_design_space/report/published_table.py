@@ -24,7 +24,8 @@ from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import Line, colour_bar, colour_cells, hatch, write
 from rl_design_space.report.markdown import table
-from rl_design_space.report.runs import Point, Runs, by_design
+from rl_design_space.report.points import Point, by_design
+from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import interval, styled
 
 Axis = Annotated[dict[str, str], Field(min_length=1, max_length=1)]
@@ -143,7 +144,7 @@ class PublishedTable(Report):
         return np.concatenate(values), np.logical_not(result.success.all(axis=1))
 
     def _points_by_cell(self, runs: Runs) -> dict[tuple[Any, ...], list[Point]]:
-        """Return the points of each cell, one for each seed: periods of different designs must not be averaged into one.
+        """Return the points of each cell, one for each seed; periods of different designs are not averaged.
 
         Raises:
             ConfigError: several designs are one cell.

@@ -14,7 +14,8 @@ from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import Frames
 from rl_design_space.report.graded_table import GradedTable, Measured
 from rl_design_space.report.parameters import SEED, text
-from rl_design_space.report.runs import Runs, Where, by_design
+from rl_design_space.report.points import Where, by_design
+from rl_design_space.report.runs import Runs
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -53,7 +54,7 @@ class QualityMap(GradedTable):
             results = {name: runs.pooled(seeds) for name, seeds in zip(names, schedules, strict=True)}
             complete = {name: result for name, result in results.items() if result}
             if len({len(result.steps) for result in complete.values()}) > 1:
-                raise ConfigError(f"{SEED}, task.periods: the schedules of {row} have different ones; choose one of them")
+                raise ConfigError(f"{SEED}, task.periods: schedules of {row} differ in this; choose one value")
             found[row] = as_measured(quality(complete)) if complete and len(complete) == len(results) else {}
         return found
 

@@ -22,8 +22,9 @@ from rl_design_space.plan.study import load_study
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import hatch_row
 from rl_design_space.report.markdown import table
+from rl_design_space.report.points import Point, Where, by_design
 from rl_design_space.report.published_table import PublishedTable
-from rl_design_space.report.runs import Point, Runs, Where, by_design
+from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import BLUE, GREY, interval, styled
 
 _COLUMNS = [

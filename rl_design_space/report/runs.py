@@ -2,72 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
-from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measure, scaled_to_equal_steps
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
-from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.tracking.run_frame import ABOUT, typed
+from rl_design_space.report.points import Point, Where, by_design, comparable, repetition
+from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.tracker import StoredRun
-from rl_design_space.tracking.values import param
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
-
-#: Values of parameters by name; a list of values means any of them.
-Where = Mapping[str, Any]
-
-
-@dataclass(frozen=True, eq=False)
-class Point:
-    """A design point and its run.
-
-    Attributes:
-        parameters: every choice by its name on the command line; lists as text.
-        run: its complete run; None if it has none.
-        of_plan: the planned point; None if the run was found in the store.
-    """
-
-    parameters: Mapping[str, Any]
-    run: StoredRun | None
-    of_plan: PlannedPoint | None = None
-
-    @property
-    def planned(self) -> PlannedPoint:
-        """The planned point.
-
-        Raises:
-            LookupError: the run was found in the store.
-        """
-        if self.of_plan is None:
-            raise LookupError("this run was found in the store, not in the plan of a study")
-        return self.of_plan
-
-    def key(self, names: Iterable[str]) -> tuple[Any, ...]:
-        """Return the values of these parameters; None for those that the point does not have."""
-        return tuple(self.parameters.get(name) for name in names)
-
-    def has(self, where: Where) -> bool:
-        """Return whether the point has all of these values."""
-        for name, wanted in where.items():
-            values = (
-                [wanted, *wanted] if isinstance(wanted, (list, tuple)) else [wanted]
-            )  # the list itself may be meant
-            if name not in self.parameters or self.parameters[name] not in map(_comparable, values):
-                return False
-        return True
 
 
 class Runs:
@@ -102,7 +56,7 @@ class Runs:
         """Return the points of a study, recorded or not, in the order of its plan."""
         runs = reader.finished([planned.fingerprint for planned in study.plan])
         points = [
-            Point({k: _comparable(v) for k, v in planned.parameters.items()}, runs.get(planned.fingerprint), planned)
+            Point({k: comparable(v) for k, v in planned.parameters.items()}, runs.get(planned.fingerprint), planned)
             for planned in study.plan
         ]
         made_by, remarks = f"Made by `{study.report_command}`, which needs no runs.", []
@@ -189,8 +143,9 @@ class Runs:
 
     def _not_one(self, where: Where, found: Sequence[Point]) -> ConfigError:
         wanted = " ".join(f"{name}={value}" for name, value in where.items())
-        names = ", ".join(differing([point.parameters for point in found]))
-        differ = f"; they differ in {names}" if names else ""
+        names = differing([point.parameters for point in found])
+        others = [name for name in names if name != SEED] or names
+        differ = f"; they differ in {', '.join(others)}" if others else ""
         return ConfigError(f"{wanted}: should be one point of {self._name}, not {len(found)}{differ}")
 
     def grouped(
@@ -242,7 +197,7 @@ class Runs:
         """
         if others := [name for name in differing([point.parameters for point in seeds]) if name != SEED]:
             raise ConfigError(
-                f"{', '.join(others)}: {len(seeds)} points of {self._name} differ in this where one is needed; choose one"
+                f"{', '.join(others)}: {len(seeds)} points of {self._name} differ in this; should be one point"
             )
         results = [result for point in seeds if (result := self.result(point))]
         return pooled(results) if results and len(results) == len(seeds) else None
@@ -301,25 +256,6 @@ class Runs:
             return scalars[name]
         numbers = [point.run.scalars.get(name, float("nan")) for point in seeds if point.run]
         return sum(numbers) / len(numbers)
-
-
-def by_design(points: Iterable[Point]) -> list[list[Point]]:
-    """Return points by design: those that differ in their seed alone are together, in the order of their seeds."""
-    designs: dict[Hashable, list[Point]] = {}
-    for point in sorted(points, key=lambda point: order(point.parameters.get(SEED))):
-        designs.setdefault(repetition(point).design, []).append(point)
-    return list(designs.values())
-
-
-def repetition(point: Point) -> Repetition:
-    """Return the design of a point, everything but its seed, and its seed."""
-    design = tuple(sorted((name, value) for name, value in point.parameters.items() if name != SEED))
-    return Repetition(design, point.parameters.get(SEED))
-
-
-def _comparable(value: Any) -> Any:
-    """Return a value as `Point.parameters` has it: a list as text, e.g. `[3, 5]`."""
-    return typed(param(value))
 
 
 def _joined(numbers: Iterable[Any]) -> str:
