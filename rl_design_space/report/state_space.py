@@ -78,11 +78,9 @@ class StateSpace(Report):
     def text(self, frames: Frames) -> list[str]:
         """Return the sizes, and how many of the published ones the formula gives."""
         sizes = frames[MAIN]
-        known = sizes["paper"].notna()
-        right = int((known & (sizes["paper"] == sizes["formula"])).sum())
-        formula = (
-            [f"The published formula gives {right} of the {known.sum()} published numbers."] if known.any() else []
-        )
+        known = sizes.dropna(subset="paper")
+        right = int((known["paper"] == known["formula"]).sum())
+        formula = f"The published formula gives {right} of the {len(known)} published numbers."
         return [
             table(self._shown(sizes)),
             *([formula] if len(known) else []),
