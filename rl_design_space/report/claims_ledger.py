@@ -25,9 +25,10 @@ from rl_design_space.config.build import build, construct
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.base import MAIN, Frames, Report, Text
 from rl_design_space.report.markdown import table
-from rl_design_space.report.points import Point, Where, by_design
+from rl_design_space.report.points import Point, by_design
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import BLUE, LIGHT_GREEN, VERMILION, styled
+from rl_design_space.tracking.selection import Where
 
 PARTS = "_parts"
 _HOW_TO_READ = (

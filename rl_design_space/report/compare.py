@@ -98,7 +98,7 @@ class Compare(Report):
         for key, seeds in pairs.items():
             if len({pair.repetition.design for pair in seeds}) > 1:
                 where = f" of {label(names, key)}" if names else ""
-                raise ConfigError(f"{SEED}: not all runs{where} that are averaged have the same seeds; use --filter")
+                raise ConfigError(f"{SEED}: not all runs{where} that are averaged have the same seeds; use --where")
         rows = [{"pair": label(names, key) or "the pair", **_row(seeds)} for key, seeds in pairs.items()]
         if len(pairs) > 1:
             rows.append({"pair": _ALL, **_row([pair for seeds in pairs.values() for pair in seeds])})

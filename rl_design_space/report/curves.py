@@ -50,7 +50,7 @@ class Curves(Report):
         lines = {key: [point for point in points if point.run] for key, points in runs.grouped(self.by).items()}
         lines = {key: points for key, points in lines.items() if points}
         if len(lines) > _MOST:
-            raise ConfigError(f"{', '.join(self.by)}: {len(lines)} lines cannot be told apart; choose with --filter")
+            raise ConfigError(f"{', '.join(self.by)}: {len(lines)} lines cannot be told apart; choose with --where")
         parts = []
         for key, points in lines.items():
             name = label(self.by, key)

@@ -25,7 +25,7 @@ from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report, Text
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import SEED
-from rl_design_space.report.points import Point, Where, by_design
+from rl_design_space.report.points import Point, by_design
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import (
     DASHES,
@@ -38,6 +38,7 @@ from rl_design_space.report.style import (
     styled,
     tidy,
 )
+from rl_design_space.tracking.selection import Where
 
 #: Frames beside the main one; only the first is written.
 EXPLORATION, LINES, PANELS = "_exploration", "lines", "panels"

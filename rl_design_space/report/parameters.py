@@ -46,6 +46,6 @@ def check_averaged(points: Sequence[Mapping[str, Any]], where: str, advice: str,
     others = [name for name in differing(points) if name != SEED]
     if others and not mean:
         raise ConfigError(
-            f"{', '.join(others)}: {len(points)} runs of one {where} differ in this; {advice}, choose with --filter, "
+            f"{', '.join(others)}: {len(points)} runs of one {where} differ in this; {advice}, choose with --where, "
             "or take their mean with --mean"
         )

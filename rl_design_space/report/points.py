@@ -9,12 +9,8 @@ from typing import Any
 from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import SEED, order
-from rl_design_space.tracking.run_frame import typed
+from rl_design_space.tracking.selection import Where, matches
 from rl_design_space.tracking.tracker import StoredRun
-from rl_design_space.tracking.values import param
-
-#: Values of parameters by name; a list of values means any of them.
-Where = Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +45,7 @@ class Point:
     def has(self, where: Where) -> bool:
         """Return whether the point has all of these values."""
         for name, wanted in where.items():
-            values = (
-                [wanted, *wanted] if isinstance(wanted, (list, tuple)) else [wanted]
-            )  # the list itself may be meant
-            if name not in self.parameters or self.parameters[name] not in map(comparable, values):
+            if name not in self.parameters or not matches(wanted, self.parameters[name]):
                 return False
         return True
 
@@ -69,8 +62,3 @@ def repetition(point: Point) -> Repetition:
     """Return the design of a point, everything but its seed, and its seed."""
     design = tuple(sorted((name, value) for name, value in point.parameters.items() if name != SEED))
     return Repetition(design, point.parameters.get(SEED))
-
-
-def comparable(value: Any) -> Any:
-    """Return a value as `Point.parameters` has it: a list as text, e.g. `[3, 5]`."""
-    return typed(param(value))

@@ -14,8 +14,9 @@ from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import Frames
 from rl_design_space.report.graded_table import GradedTable, Measured
 from rl_design_space.report.parameters import SEED, text
-from rl_design_space.report.points import Where, by_design
+from rl_design_space.report.points import by_design
 from rl_design_space.report.runs import Runs
+from rl_design_space.tracking.selection import Where
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

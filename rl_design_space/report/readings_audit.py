@@ -22,10 +22,11 @@ from rl_design_space.plan.study import load_study
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import hatch_row
 from rl_design_space.report.markdown import table
-from rl_design_space.report.points import Point, Where, by_design
+from rl_design_space.report.points import Point, by_design
 from rl_design_space.report.published_table import PublishedTable
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import BLUE, GREY, interval, styled
+from rl_design_space.tracking.selection import Where
 
 _COLUMNS = [
     "reading", "panel", "cells", "of", "rms", "ci_low", "ci_high", "bias", "bias_low", "bias_high", "largest",

@@ -15,8 +15,9 @@ from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measur
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, Where, by_design, comparable, repetition
+from rl_design_space.report.points import Point, by_design, repetition
 from rl_design_space.tracking.run_frame import ABOUT
+from rl_design_space.tracking.selection import Where, comparable
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:

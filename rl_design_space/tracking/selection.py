@@ -1,0 +1,104 @@
+"""Choose among recorded runs: by values of parameters, and by the code of their components.
+
+Everything that reads runs by a search, `load_runs` and the figures of `rl-design-report`, follows one rule: of each
+component, the runs of its newest recorded code count. Reports of a study look up the points of its plan, which have the
+code of the moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.run_frame import typed
+from rl_design_space.tracking.tags import FINGERPRINT_TAG
+from rl_design_space.tracking.values import param
+
+if TYPE_CHECKING:
+    from rl_design_space.tracking.found_run import FoundRun
+
+#: Suffix of the param that identifies the code of a user's own component; the rest is the name of the option.
+SOURCE = ".source"
+#: Maximum number of values that a message lists.
+_SHOWN_VALUES = 12
+#: What was changed where no component of the user's own was.
+LEARNING = "the learning algorithm"
+#: Values of parameters by name; a list of values means any of them.
+Where = Mapping[str, Any]
+
+
+def comparable(value: Any) -> Any:
+    """Return a value as frames and `Point.parameters` have it: a list as text, e.g. `[3, 5]`."""
+    return typed(param(value))
+
+
+def matches(wanted: Any, value: Any) -> bool:
+    """Return whether a value is the wanted one, or one of a list of wanted ones; the list itself may be meant, too."""
+    values = [wanted, *wanted] if isinstance(wanted, (list, tuple)) else [wanted]
+    return value in map(comparable, values)
+
+
+def chosen(found: Sequence[FoundRun], where: Where) -> list[FoundRun]:
+    """Return the runs that have these values.
+
+    Raises:
+        ConfigError: no run has a parameter of such a name, or one with such a value; what there is is named.
+    """
+    known = {name for run in found for name in run.params}
+    for name, wanted in where.items() if found else ():
+        if name not in known:
+            raise ConfigError.unknown("parameter of these runs", name, known)
+        values = dict.fromkeys(run.params[name] for run in found if name in run.params)
+        if not any(matches(wanted, typed(value)) for value in values):
+            there = ", ".join(list(values)[:_SHOWN_VALUES]) + (", …" if len(values) > _SHOWN_VALUES else "")
+            texts = [param(each) for each in wanted] if isinstance(wanted, (list, tuple)) else [param(wanted)]
+            raise ConfigError(f"{name}={','.join(texts)}: no run has this value; there is {there}")
+    return [
+        run
+        for run in found
+        if all(name in run.params and matches(wanted, typed(run.params[name])) for name, wanted in where.items())
+    ]
+
+
+def outdated(found: Iterable[FoundRun]) -> dict[str, str]:
+    """Return what was changed since runs were learned, by run id: `representation=near`, or `the learning algorithm`.
+
+    Of each component, the code of its latest run is the newest. Of runs whose parameters are all equal, only those with
+    the fingerprint of the latest one were learned by the newest version of this package.
+    """
+    runs = sorted(found, key=lambda run: (run.started, run.run_id))
+    code = {component: run.params[name] for run in runs for name, component in _own_components(run)}
+    points = {run.run_id: frozenset(run.params.items()) for run in runs}
+    fingerprints = {points[run.run_id]: run.tags.get(FINGERPRINT_TAG) for run in runs}
+    old: dict[str, str] = {}
+    for run in runs:
+        changed = [component for name, component in _own_components(run) if code[component] != run.params[name]]
+        if changed:
+            old[run.run_id] = ", ".join(changed)
+        elif fingerprints[points[run.run_id]] != run.tags.get(FINGERPRINT_TAG):
+            old[run.run_id] = LEARNING
+    return old
+
+
+def left_out(old: Mapping[str, str], selected: int) -> str:
+    """Return a note on runs that were left out; empty if none were.
+
+    Args:
+        old: what was changed since, by run id, of those left out.
+        selected: number of runs before.
+    """
+    if not old:
+        return ""
+    changed = ", ".join(sorted(set(old.values())))
+    return f"left out: {len(old)} of {selected} runs, recorded with earlier code of {changed}"
+
+
+def _own_components(run: FoundRun) -> list[tuple[str, str]]:
+    """Return name of the param with the code, and the component as on the command line, of a user's own components."""
+    return [(name, _component(name.removesuffix(SOURCE), run)) for name in run.params if name.endswith(SOURCE)]
+
+
+def _component(key: str, run: FoundRun) -> str:
+    option = key if key in run.params else key.partition(".")[0]
+    return f"{option}={run.params.get(option, '')}{key.removeprefix(option)}"
