@@ -7,15 +7,18 @@ code of the moment.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.tracking.record import params
 from rl_design_space.tracking.run_frame import typed
 from rl_design_space.tracking.tags import FINGERPRINT_TAG
 from rl_design_space.tracking.values import param
 
 if TYPE_CHECKING:
+    from rl_design_space.plan.plan import PlannedPoint
     from rl_design_space.tracking.found_run import FoundRun
 
 #: Suffix of the param that identifies the code of a user's own component; the rest is the name of the option.
@@ -81,6 +84,25 @@ def outdated(found: Iterable[FoundRun]) -> dict[str, str]:
     return old
 
 
+def changed_since(missing: Iterable[PlannedPoint], found: Iterable[FoundRun]) -> Counter[str]:
+    """Return how many points have a run of equal values, but of other code, by what was changed since.
+
+    Args:
+        missing: points without a run of their own.
+        found: all complete runs.
+    """
+    known = {_values(run.params): run.params for run in sorted(found, key=lambda run: run.started)}
+    counts: Counter[str] = Counter()
+    for planned in missing:
+        now = params(planned)
+        before = known.get(_values(now))
+        if before is not None:
+            code = [name for name in now if name.endswith(SOURCE)]
+            changed = [_component(name.removesuffix(SOURCE), now) for name in code if before.get(name) != now[name]]
+            counts[", ".join(changed) or LEARNING] += 1
+    return counts
+
+
 def left_out(old: Mapping[str, str], selected: int) -> str:
     """Return a note on runs that were left out; empty if none were.
 
@@ -96,9 +118,14 @@ def left_out(old: Mapping[str, str], selected: int) -> str:
 
 def _own_components(run: FoundRun) -> list[tuple[str, str]]:
     """Return name of the param with the code, and the component as on the command line, of a user's own components."""
-    return [(name, _component(name.removesuffix(SOURCE), run)) for name in run.params if name.endswith(SOURCE)]
+    return [(name, _component(name.removesuffix(SOURCE), run.params)) for name in run.params if name.endswith(SOURCE)]
 
 
-def _component(key: str, run: FoundRun) -> str:
-    option = key if key in run.params else key.partition(".")[0]
-    return f"{option}={run.params.get(option, '')}{key.removeprefix(option)}"
+def _component(key: str, values: Mapping[str, str]) -> str:
+    option = key if key in values else key.partition(".")[0]
+    return f"{option}={values.get(option, '')}{key.removeprefix(option)}"
+
+
+def _values(values: Mapping[str, str]) -> frozenset[tuple[str, str]]:
+    """Return the params of a point without those that identify code."""
+    return frozenset((name, value) for name, value in values.items() if not name.endswith(SOURCE))

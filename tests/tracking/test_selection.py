@@ -6,7 +6,7 @@ import pytest
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.found_run import FoundRun
-from rl_design_space.tracking.selection import LEARNING, chosen, left_out, outdated
+from rl_design_space.tracking.selection import LEARNING, changed_since, chosen, left_out, outdated
 
 
 def run(run_id: str, started: int, fingerprint: str | None = None, **params: str) -> FoundRun:
@@ -40,6 +40,19 @@ def test_of_equal_points_those_of_an_earlier_learning_algorithm_are_outdated():
     assert outdated(runs) == {"old": LEARNING}
     twice = [run("one", 1, "same", reward="a"), run("two", 2, "same", reward="a")]  # recorded by two machines
     assert outdated(twice) == {}
+
+
+def test_points_run_again_because_something_was_changed_since():
+    from rl_design_space.plan.plan import PlannedPoint
+    from rl_design_space.tracking.record import params
+    from tests.tracking.stores import learned
+
+    planned: PlannedPoint = learned()[0]
+    now = params(planned)
+    code = {"representation.source": "version 1"}
+    assert changed_since([planned], [FoundRun("a", "", 0, 0, "", {**now, "seed": "7"})]) == {}
+    assert changed_since([planned], [FoundRun("a", "", 0, 0, "", now)]) == {LEARNING: 1}
+    assert changed_since([planned], [FoundRun("a", "", 0, 0, "", {**now, **code})]) == {LEARNING: 1}
 
 
 def test_the_note_says_how_many_and_what_was_changed():
