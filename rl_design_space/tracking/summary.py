@@ -66,7 +66,7 @@ def _note(plan: Plan, command: str, origin: Mapping[str, str], verdict: str) -> 
         code += f", commit {commit[:10]}"
     return "\n".join(
         [
-            f"**{plan.name}**: {len(plan):,} points{_shape(plan)}",
+            f"**{plan.name}**: {len(plan):,} point{'' if len(plan) == 1 else 's'}{_shape(plan)}",
             "",
             f"- {verdict}",
             f"- `{values.tag(command)}`",

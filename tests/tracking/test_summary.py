@@ -108,7 +108,7 @@ def test_numbers_of_values_multiply_to_the_number_of_points(points: list[dict], 
 
 def test_the_note_says_in_what_the_points_differ(tracker, client):
     points = [learned(*words)[0] for words in (("reward=end_reward",), ("seed=1",), ())]
-    shapes = {3: "3 points (not all combinations of 2 reward, 2 seed)", 1: "1 points"}
+    shapes = {3: "3 points (not all combinations of 2 reward, 2 seed)", 1: "1 point"}
     for count, shape in shapes.items():
         tracker.open_sweep(plan_of(*points[:count]), COMMAND)
         assert any(f"{shape}\n" in run.data.tags["mlflow.note.content"] for run in runs(client, "sweeps"))
