@@ -16,7 +16,7 @@ from rl_design_space.config.overrides import is_setting, is_sweep_setting
 from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.constraint import Constraint, constraints_of
-from rl_design_space.plan.grid import as_overrides, expand
+from rl_design_space.plan.grid import as_overrides, axes, expand
 from rl_design_space.plan.plan import Dropped, Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
 
@@ -33,12 +33,14 @@ class Study:
         overrides: overrides of the command line, without `study=…`.
         config: the composed config, with the settings.
         plan: its design points, without duplicates.
+        usual_periods: the most periods of a point without the overrides.
     """
 
     name: str
     overrides: tuple[str, ...]
     config: DictConfig
     plan: Plan
+    usual_periods: int = _PERIODS
 
     @property
     def command(self) -> str:
@@ -52,9 +54,9 @@ class Study:
 
     @property
     def mark(self) -> str:
-        """A note for figures whose points have fewer periods than those of the paper; empty otherwise."""
-        fewest = min((planned.point.task.periods for planned in self.plan), default=_PERIODS)
-        return f"quick look: {fewest} periods instead of {_PERIODS}" if fewest < _PERIODS else ""
+        """A note for figures whose points have fewer periods than the study's file asks for; empty otherwise."""
+        most, usual = _most_periods(self.plan), self.usual_periods
+        return f"quick look: {most} periods instead of {usual}" if most < usual else ""
 
     def report(self) -> Any:
         """Build the report that the study's file describes.
@@ -85,7 +87,27 @@ def load_study(name: str, overrides: Sequence[str], planner: Planner | None = No
     planner = planner or Planner()
     overrides = tuple(override for override in overrides if not override.startswith("study="))
     config = planner.composer.config([f"study={name}", *filter(is_setting, overrides)])
-    return Study(name, overrides, config, plan_study(name, config, overrides, planner))
+    plan = plan_study(name, config, overrides, planner)
+    of_points = not all(map(is_setting, overrides))
+    usual = _usual_periods(config, planner) if of_points and plan else _most_periods(plan)
+    return Study(name, overrides, config, plan, usual)
+
+
+def _most_periods(plan: Plan) -> int:
+    return max((planned.point.task.periods for planned in plan), default=_PERIODS)
+
+
+def _usual_periods(config: DictConfig, planner: Planner) -> int:
+    """Return the most periods of a point as the file of a study, or those of the studies in it, ask for them."""
+    node = plain(config, "study")
+    if included := node.get("includes"):
+        return max(_usual_periods(planner.composer.config([f"study={other}"]), planner) for other in included)
+    blocks = [axes(as_overrides(sweeps), planner.composer.parser) for sweeps in node.get("blocks", {}).values()]
+    asked = [value for block in blocks for value in block.get("task.periods", ())]
+    periods = [int(value.partition("=")[2]) for value in asked]
+    if not all("task.periods" in block for block in blocks):
+        periods.append(int(plain(config, "task")["periods"]))
+    return max(periods, default=_PERIODS)
 
 
 def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner: Planner) -> Plan:
