@@ -13,14 +13,15 @@ from urllib.parse import quote, unquote, urlencode, urlsplit
 from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking import selection
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
 from rl_design_space.tracking.queries import queries_of
+from rl_design_space.tracking.run_files import DamagedFileError, check_config, check_periods, read_config, read_periods
 from rl_design_space.tracking.run_frame import filtered, frame_of, of_study
 from rl_design_space.tracking.selection import Where
+from rl_design_space.tracking.store_errors import access_error, as_tracking_error, first_line, is_transient
 from rl_design_space.tracking.tags import STUDY_TAG
 from rl_design_space.tracking.tracker import StoredRun
 
@@ -157,12 +158,30 @@ class RunReader:
         return table[["run_id", "trial", *names]]
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
-        """Return the arrays of a run's artifact."""
-        return self._artifact(run, PERIODS_FILE, read_saved)
+        """Return the arrays of a run's artifact.
 
-    def config(self, run: StoredRun) -> str:
-        """Return the resolved config of a run, as YAML."""
-        return self._artifact(run, CONFIG_FILE, lambda path: path.read_text(encoding="utf-8"))
+        Raises:
+            DamagedFileError: they cannot be read.
+        """
+        return self._artifact(run, PERIODS_FILE, read_periods)
+
+    def config(self, run: StoredRun) -> dict[str, Any]:
+        """Return the resolved config of a run.
+
+        Raises:
+            DamagedFileError: it cannot be read.
+        """
+        return self._artifact(run, CONFIG_FILE, read_config)
+
+    def check(self, run: FoundRun) -> None:
+        """Check that the files of a run are what was recorded.
+
+        Raises:
+            DamagedFileError: one of them cannot be read, or does not agree with what the store knows of the run.
+        """
+        stored = StoredRun(run.run_id, artifacts=run.artifacts)
+        check_periods(run, self.periods(stored))
+        check_config(run, self.config(stored))
 
     def link(self, ui: str, study: str) -> str:
         """Return the address of a study's runs in an MLflow UI."""
@@ -180,12 +199,18 @@ class RunReader:
             for path in paths:
                 self._client.log_artifact(run.info.run_id, str(path), "report")
 
-    def _artifact(self, run: StoredRun, name: str, read: Callable[[Path], Read]) -> Read:
+    def _artifact(self, run: StoredRun, name: str, read: Callable[[str, Path], Read]) -> Read:
         place = urlsplit(run.artifacts)
         if place.scheme in ("", "file") and place.path:
-            return read(Path(unquote(place.path)) / name)
+            return read(run.run_id, Path(unquote(place.path)) / name)
         with TemporaryDirectory() as folder:
-            return read(Path(self._client.download_artifacts(run.run_id, name, folder)))
+            try:
+                path = Path(self._client.download_artifacts(run.run_id, name, folder))
+            except Exception as error:
+                if is_transient(error) or access_error(self._address.uri, error):
+                    raise as_tracking_error(self._address.uri, error) from error
+                raise DamagedFileError(run.run_id, name, first_line(error)) from error
+            return read(run.run_id, path)
 
     @cached_property
     def _client(self) -> MlflowClient:

@@ -64,6 +64,19 @@ def chosen(found: Sequence[FoundRun], where: Where) -> list[FoundRun]:
     ]
 
 
+def named(found: Iterable[FoundRun], run_id: str) -> FoundRun:
+    """Return the only run whose id begins with a text.
+
+    Raises:
+        ConfigError: there is none, or there are several.
+    """
+    runs = [run for run in found if run_id and run.run_id.startswith(run_id)]
+    if len(runs) != 1:
+        how_many = f"{len(runs)} runs have" if runs else "no complete run has"
+        raise ConfigError(f"{run_id}: {how_many} an id that begins with this")
+    return runs[0]
+
+
 def outdated(found: Iterable[FoundRun]) -> dict[str, str]:
     """Return what was changed since runs were learned, by run id: `representation=near`, or `the learning algorithm`.
 
