@@ -87,10 +87,14 @@ def load_study(name: str, overrides: Sequence[str], planner: Planner | None = No
     planner = planner or Planner()
     overrides = tuple(override for override in overrides if not override.startswith("study="))
     config = planner.composer.config([f"study={name}", *filter(is_setting, overrides)])
+    node = plain(config, "study")
+    if isinstance(node, Mapping) and "includes" in node:
+        studies = _included(name, node["includes"], overrides, planner)
+        usual = max((each.usual_periods for each in studies if each.plan), default=_PERIODS)
+        return Study(name, overrides, config, _joined(name, studies), usual)
     plan = plan_study(name, config, overrides, planner)
-    of_points = not all(map(is_setting, overrides))
-    usual = _usual_periods(config, planner) if of_points and plan else _most_periods(plan)
-    return Study(name, overrides, config, plan, usual)
+    changed = plan and not all(map(is_setting, overrides))
+    return Study(name, overrides, config, plan, _usual_periods(config, planner) if changed else _most_periods(plan))
 
 
 def _most_periods(plan: Plan) -> int:
@@ -98,16 +102,15 @@ def _most_periods(plan: Plan) -> int:
 
 
 def _usual_periods(config: DictConfig, planner: Planner) -> int:
-    """Return the most periods of a point as the file of a study, or those of the studies in it, ask for them."""
-    node = plain(config, "study")
-    if included := node.get("includes"):
-        return max(_usual_periods(planner.composer.config([f"study={other}"]), planner) for other in included)
-    blocks = [axes(as_overrides(sweeps), planner.composer.parser) for sweeps in node.get("blocks", {}).values()]
+    """Return the most periods of a point as the blocks of a study ask for them."""
+    blocks = [
+        axes(as_overrides(sweeps), planner.composer.parser) for sweeps in plain(config, "study")["blocks"].values()
+    ]
     asked = [value for block in blocks for value in block.get("task.periods", ())]
     periods = [int(value.partition("=")[2]) for value in asked]
     if not all("task.periods" in block for block in blocks):
         periods.append(int(plain(config, "task")["periods"]))
-    return max(periods, default=_PERIODS)
+    return max(periods)
 
 
 def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner: Planner) -> Plan:
@@ -127,7 +130,7 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
     node = plain(config, "study")
     blocks = node.get("blocks") if isinstance(node, Mapping) else None
     if isinstance(node, Mapping) and "includes" in node:
-        return _plan_included(name, node["includes"], overrides, planner)
+        return _joined(name, _included(name, node["includes"], overrides, planner))
     if blocks is None and isinstance(node, Mapping) and "report" in node:
         return Plan([], (name,))  # a report that needs no points
     if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
@@ -150,11 +153,16 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
     return plan
 
 
-def _plan_included(name: str, included: Any, overrides: Sequence[str], planner: Planner) -> Plan:
-    """Return the points of other studies, which also belong to this one."""
+def _included(name: str, included: Any, overrides: Sequence[str], planner: Planner) -> list[Study]:
+    """Return the studies that a study includes."""
     if not isinstance(included, list) or not all(isinstance(other, str) and other != name for other in included):
         raise ConfigError(f"study {name}: includes should be a list of the names of other studies")
-    both = union([load_study(other, overrides, planner).plan for other in included])
+    return [load_study(other, overrides, planner) for other in included]
+
+
+def _joined(name: str, studies: Sequence[Study]) -> Plan:
+    """Return the points of studies, which also belong to the one that includes them."""
+    both = union([study.plan for study in studies])
     return replace(both, points=[replace(p, studies=(name, *p.studies)) for p in both], studies=(name, *both.studies))
 
 
