@@ -108,7 +108,7 @@ def test_damaged_runs_are_found_and_learned_anew(say, outputs: Path):
     assert f"(run {runs[1].run_id})\n1 run forgotten;" in say("store", "forget", "--damaged")[1]
     fingerprints = [planned.fingerprint for planned, _ in points]
     assert list(tracker.finished(fingerprints)) == fingerprints[2:]
-    again = record(tracker_at(outputs / "mlflow.db"), *points[0])
+    again = record(tracker, *points[0])
     assert again.run_id not in ("", runs[0].run_id)
     assert say("rerun", again.run_id)[0] == 0
     status, said = say("store", "status", "--check")

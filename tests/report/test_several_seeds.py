@@ -15,7 +15,16 @@ from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.plan.plan import Plan
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, plan_overrides, union
-from rl_design_space.report import Compare, Curves, CurvesFigure, Heatmap, PublishedTable, QualityMap, Sensitivity
+from rl_design_space.report import (
+    ClaimsLedger,
+    Compare,
+    Curves,
+    CurvesFigure,
+    Heatmap,
+    PublishedTable,
+    QualityMap,
+    Sensitivity,
+)
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.runs import Runs
 from tests.report.readers import LearningReader
@@ -131,3 +140,18 @@ def test_a_table_and_a_figure_pool_seeds_and_refuse_other_points(plan: Plan, run
     assert frame["mean"].tolist() == pytest.approx(steps.mean(axis=0).tolist())
     with pytest.raises(ConfigError, match=r"not 6; they differ in exploration\.k$"):
         CurvesFigure(title="-", shows="-", panels=[{**panel, "lines": {"any": {"world.size": 4}}}]).frames(runs)
+
+
+def test_claims_are_judged_on_the_periods_of_all_seeds(plan: Plan, runs: Runs):
+    parts = "rl_design_space.analysis.parts"
+    level = {"_target_": f"{parts}.Level", "what": "level", "measure": "total_steps", "point": {"exploration.k": 0.02}}
+    best = {
+        "_target_": f"{parts}.ExpectedOverBest", "what": "best", "measure": "total_steps", "parameter": "exploration.k",
+        "among": {"exploration": "linear"}, "expected": 0.02,
+    }  # fmt: skip
+    claim = {"statement": "-", "study": "mine", "parts": [level, best]}
+    (judged,) = ClaimsLedger(title="-", common={}, claims={"a": claim}).judged(runs)
+    measured, ratio = judged.finding.parts
+    assert measured.value == pytest.approx(totals(plan, exploration_k=0.02).mean())
+    odd = [totals(plan, exploration_k=k)[1::2].mean() for k in K]
+    assert ratio.value == pytest.approx(odd[0] / min(odd))
