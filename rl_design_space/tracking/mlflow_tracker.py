@@ -78,6 +78,7 @@ class MlflowTracker:
         self._store_answers = True
         #: Whether the store is known to accept results, as far as that can be known before there are any.
         self._is_checked = False
+        self._note = ""
         #: Whether the disk has been full for `patience` seconds.
         self._disk_is_full = False
 
@@ -150,7 +151,7 @@ class MlflowTracker:
         lost = {fingerprint: reason for fingerprint, reason in status.lost.items() if fingerprint in self._written}
         if not status.pending:
             lost |= self._removed(lost)
-        return DeliveryStatus(status.pending, status.reason, lost)
+        return DeliveryStatus(status.pending, status.reason, lost, self._note)
 
     def _removed(self, lost: Mapping[str, str]) -> dict[str, str]:
         """Return the delivered points that a database does not have, with the reason."""
@@ -188,7 +189,7 @@ class MlflowTracker:
     def _check_store(self) -> None:
         if not self._is_checked:
             with suppress(StoreUnavailableError):
-                self._queries.check()
+                self._note = self._queries.check()
             self._is_checked = True
 
     def _stored(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
