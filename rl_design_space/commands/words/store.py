@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 _EPILOG = """actions:
   status     what the store holds; with --check, also read every file and name the damaged ones (exit status 1)
-  forget     delete runs in MLflow, by id or those that are damaged (--damaged): the next sweep learns their points anew;
-             until compact removes them, `mlflow runs restore --run-id RUN_ID` undoes it
+  forget     delete runs in MLflow, by id or because they are damaged (--damaged); the next sweep learns their points
+             anew; until compact removes them, `mlflow runs restore --run-id RUN_ID` undoes it
   compact    remove deleted runs for good, and release their space
 """
 
