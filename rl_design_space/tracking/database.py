@@ -61,17 +61,24 @@ class DatabaseQueries:
         with self._reading() as rows:
             return RunCounts.of(rows.counts())
 
-    def check(self) -> None:
-        """Check that results can be recorded."""
+    def check(self) -> str:
+        """Check that results can be recorded; return a note if they are not written directly."""
         with self._reading() as rows:
             rows.check_experiment("sweeps", self._address.sweeps)
             revision = rows.revision()
-        if revision:
-            from rl_design_space.tracking.connection import connect
-            from rl_design_space.tracking.database_tables import REVISIONS
+        if not revision:
+            return ""
+        from rl_design_space.tracking import database_tables
 
-            if revision not in REVISIONS:
-                connect(self._address.uri)  # MLflow knows which it can use
+        if revision in database_tables.REVISIONS:
+            return ""
+        from rl_design_space.tracking.connection import connect
+
+        connect(self._address.uri)  # MLflow knows which schemas it can use
+        return (
+            f"{self._address.uri}: its schema {revision} is not one that this version is tested with, so results are "
+            "recorded by MLflow's client, which takes longer; a later version of rl-design-space may know it"
+        )
 
     def recorded(self, fingerprints: Collection[str]) -> set[str]:
         """Return those of these points that have a complete run."""

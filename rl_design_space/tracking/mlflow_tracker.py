@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
@@ -78,6 +79,7 @@ class MlflowTracker:
         self._store_answers = True
         #: Whether the store is known to accept results, as far as that can be known before there are any.
         self._is_checked = False
+        self._note = ""
         #: Whether the disk has been full for `patience` seconds.
         self._disk_is_full = False
 
@@ -150,7 +152,7 @@ class MlflowTracker:
         lost = {fingerprint: reason for fingerprint, reason in status.lost.items() if fingerprint in self._written}
         if not status.pending:
             lost |= self._removed(lost)
-        return DeliveryStatus(status.pending, status.reason, lost)
+        return DeliveryStatus(status.pending, status.reason, lost, self._note)
 
     def _removed(self, lost: Mapping[str, str]) -> dict[str, str]:
         """Return the delivered points that a database does not have, with the reason."""
@@ -188,7 +190,7 @@ class MlflowTracker:
     def _check_store(self) -> None:
         if not self._is_checked:
             with suppress(StoreUnavailableError):
-                self._queries.check()
+                self._note = self._queries.check()
             self._is_checked = True
 
     def _stored(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
@@ -241,6 +243,8 @@ class _Sweep:
 
     def close(self, ending: SweepEnding) -> None:
         """End the run."""
+        if ending.status != "KILLED":  # a sweep that is stopped does not wait for the store
+            ending = replace(ending, stored={**ending.stored, **self._delivered(ending.stored)})
         content = {
             **self._content,
             "ended": int(time.time() * 1000),
@@ -250,3 +254,7 @@ class _Sweep:
         }
         self._tracker._submit(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending)))
         self._tracker._locks.release(self._key)
+
+    def _delivered(self, stored: Mapping[str, StoredRun]) -> dict[str, StoredRun]:
+        """Return the runs of records that were pending when their points were recorded, and are delivered now."""
+        return self._tracker._stored([fingerprint for fingerprint, run in stored.items() if not run.run_id])

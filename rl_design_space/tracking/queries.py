@@ -37,8 +37,12 @@ class Queries(Protocol):
         """Count the runs by status."""
         ...
 
-    def check(self) -> None:
-        """Check that results can be recorded: no experiment was deleted, MLflow can use the schema of a database."""
+    def check(self) -> str:
+        """Check that results can be recorded: no experiment was deleted, MLflow can use the schema of a database.
+
+        Returns:
+            What users should know about recording into this store; usually empty.
+        """
         ...
 
     def recorded(self, fingerprints: Collection[str]) -> set[str]:

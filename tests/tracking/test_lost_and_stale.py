@@ -14,7 +14,7 @@ import pytest
 from mlflow import MlflowClient
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking import database_engine
+from rl_design_space.tracking import database_tables
 from rl_design_space.tracking.delivery import Delivery, deliver_all
 from rl_design_space.tracking.spool import Record, Spool, point_name
 from rl_design_space.tracking.tracker import SweepEnding
@@ -37,7 +37,7 @@ ENDING = SweepEnding("FINISHED", "1 learned", {"done": 1}, {}, {})
 def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """How records are written: directly, or with MLflow's client as into a database of an unknown schema."""
     if request.param == "client":
-        monkeypatch.setattr(database_engine, "REVISIONS", frozenset())
+        monkeypatch.setattr(database_tables, "REVISIONS", frozenset())
     return request.param
 
 
@@ -211,7 +211,7 @@ def test_long_names_are_cut(way: str, database: Path, client):
 
 
 def test_files_that_the_store_does_not_have_are_sent_again(database: Path, client, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(database_engine, "REVISIONS", frozenset())
+    monkeypatch.setattr(database_tables, "REVISIONS", frozenset())
     original, calls = MlflowClient.log_artifacts, []
 
     def forgetful(self, run_id: str, folder: str) -> None:
@@ -232,3 +232,14 @@ def test_the_limits_of_a_server_follow_from_the_patience(monkeypatch: pytest.Mon
     monkeypatch.delenv("MLFLOW_HTTP_REQUEST_TIMEOUT", raising=False)
     options(database, patience=6.0).open()
     assert os.environ["MLFLOW_HTTP_REQUEST_TIMEOUT"] == "2"
+
+
+def test_a_schema_that_is_not_written_to_directly_is_named(database: Path, monkeypatch: pytest.MonkeyPatch):
+    assert tracker_at(database).finished([]) == {}
+    assert tracker_at(database).wait_for_delivery().note == ""
+    monkeypatch.setattr(database_tables, "REVISIONS", frozenset())
+    tracker = tracker_at(database)
+    tracker.finished([])
+    assert re.search(
+        r"mlflow\.db: its schema \w+ is not one that .* recorded by MLflow's client", tracker.wait_for_delivery().note
+    )
