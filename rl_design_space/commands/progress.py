@@ -58,6 +58,8 @@ class Display:
         self._delivery = ""
         self._waiting = self._told = 0
         self._times: deque[float] = deque(maxlen=_RECENT)
+        #: Moments, and how many results were not in the store yet.
+        self._pending: deque[tuple[float, int]] = deque(maxlen=_RECENT)
         self._begun = self._shown = clock()
         self._lock = Lock()
         columns = (
@@ -115,8 +117,17 @@ class Display:
             self._print(self._waits())
 
     def delivering(self, pending: int, problem: str) -> None:
-        """Show the number of pending records, and the current problem of the store, if any."""
-        self._delivery = f"delivering {counted(pending, 'record')} to the store{f': {problem}' if problem else ''}"
+        """Show how many results are not in the store yet, how fast they get there, and what is wrong, if anything."""
+        now = self._clock()
+        if not self._pending or pending > self._pending[-1][1]:
+            self._pending.clear()
+        self._pending.append((now, pending))
+        since, before = self._pending[0]
+        parts = [f"recording: {counted(pending, 'result')} to go"]
+        if now > since and before > pending:
+            rate = (before - pending) / (now - since)
+            parts += [_rate(rate, "results"), f"{duration(pending / rate)} left"]
+        self._delivery = f"{', '.join(parts)}{f': {problem}' if problem else ''}"
         if not self._console.is_terminal and self._is_due():
             self._shown = self._clock()
             self._print(self._delivery)
@@ -143,7 +154,7 @@ class Display:
         if len(self._times) > 1:
             span = now - self._times[0]
             rate = len(self._times) / span if span else 0.0
-            parts.append(f"{rate:.1f} points/s" if rate >= 1 else f"{rate * 60:.1f} points/min")
+            parts.append(_rate(rate, "points"))
         if self._ended and self._ended < self._total - self._before:
             left = (now - self._begun) * self._work_left / (self._work - self._work_left)
             parts.append(f"{duration(left)} left")
@@ -161,6 +172,10 @@ class Display:
 
     def _print(self, text: str, style: str = "") -> None:
         self._console.print(escape(text), style=style, soft_wrap=True)
+
+
+def _rate(a_second: float, what: str) -> str:
+    return f"{a_second:.1f} {what}/s" if a_second >= 1 else f"{a_second * 60:.1f} {what}/min"
 
 
 def _work(planned: PlannedPoint) -> float:

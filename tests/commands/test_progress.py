@@ -109,8 +109,10 @@ def test_a_failure_is_shown_at_once_with_its_command():
 @pytest.mark.parametrize(
     ("pending", "problem", "line"),
     [
-        (2, "", "delivering 2 records to the store"),
-        (1, "the disk is full", "delivering 1 record to the store: the disk is full"),
+        (4, "", "recording: 4 results to go, 30.0 results/min, 8.0 s left"),
+        (1, "the disk is full", "recording: 1 result to go, 48.0 results/min, 1.2 s left: the disk is full"),
+        (9, "", "recording: 9 results to go"),
+        (12, "", "recording: 12 results to go"),
     ],
 )
 def test_the_delivery_is_shown_every_few_seconds(pending: int, problem: str, line: str):
