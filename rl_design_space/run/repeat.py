@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import yaml
 
-from rl_design_space.config.build import build, make_point
-from rl_design_space.design import DesignPoint
+from rl_design_space.config.recorded import recorded_point
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.plan.fingerprint import fingerprint
@@ -44,7 +42,7 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
         threads: number of threads that learn; all cores if None.
 
     Raises:
-        ConfigError: no run or several runs match, or the run does not hold its periods.
+        ConfigError: no run or several runs match, the run does not hold its periods, or its config is not accepted.
     """
     frame = reader.frame()
     found = frame[frame.index.str.startswith(run_id)] if run_id else frame[:0]
@@ -58,7 +56,7 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
         raise ConfigError(
             f"{run.run_id}: holds its curves only (tracking.artifact=curves), so its periods cannot be compared"
         )
-    point = _point(reader.config(run))
+    point = recorded_point(reader.config(run), f"config.yaml of run {run.run_id}")
     curves = simulate(point, threads)
     different = [name for name in _COMPARED if not np.array_equal(recorded[name], getattr(curves, name))]
     what = f"{row['name']} (run {run.run_id})"
@@ -67,6 +65,3 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
     why = "" if fingerprint(point) == row["fingerprint"] else "; the code that it depends on has changed since"
     return Comparison(False, f"different: {what}, in {', '.join(different)}{why}")
 
-
-def _point(config: str) -> DesignPoint:
-    return make_point({key: build(key, node) for key, node in yaml.safe_load(config).items()})

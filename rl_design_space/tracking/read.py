@@ -11,6 +11,7 @@ from urllib.parse import quote, unquote, urlencode, urlsplit
 
 from numpy.typing import NDArray
 
+from rl_design_space.config.yaml_limits import read_text
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
@@ -130,8 +131,8 @@ class RunReader:
         return self._artifact(run, PERIODS_FILE, read_saved)
 
     def config(self, run: StoredRun) -> str:
-        """Return the resolved config of a run, as YAML."""
-        return self._artifact(run, CONFIG_FILE, lambda path: path.read_text(encoding="utf-8"))
+        """Return the resolved config of a run, as YAML; anybody may have written it who can write to the store."""
+        return self._artifact(run, CONFIG_FILE, read_text)
 
     def link(self, ui: str, study: str) -> str:
         """Return the address of a study's runs in an MLflow UI."""
