@@ -89,7 +89,7 @@ class _Size:
             self._close(*self._open.pop())
         elif isinstance(event, yaml.AliasEvent):
             # An unknown one is inside what it names, or an error for the parser.
-            self._count(*self._anchored.get(event.anchor, (VALUES + 1, 0)))
+            self._count(*self._anchored.get(event.anchor or "", (VALUES + 1, 0)))
         elif isinstance(event, yaml.ScalarEvent):
             self._close(event.anchor, 1, 0)
 

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _INTEGER, _DECIMAL = re.compile(r"-?(0|[1-9]\d*)"), re.compile(r"-?\d+\.\d*")
 #: A number as Python writes it and YAML 1.1 takes for text.
 _EXPONENT = re.compile(r"-?\d+e[+-]\d+")
+#: YAML's names of the types that a param may have.
+_TYPED = tuple(f"tag:yaml.org,2002:{name}" for name in ("int", "float", "bool"))
 #: Suffix of the param that identifies the code of a user's own component; the rest is the name of the option.
 _SOURCE = ".source"
 #: Columns of a frame of runs that are neither params nor scalars; its index is `run_id`.
@@ -114,16 +116,21 @@ def typed(text: str | None) -> Any:
     """Return a param as it was before MLflow made text of it; lists stay text, so that runs can be grouped by them."""
     if text is None:
         return None
+    try:
+        return _typed(text)
+    except ValueError:  # more digits than Python converts
+        return text
+
+
+def _typed(text: str) -> Any:
     if _INTEGER.fullmatch(text):
         return int(text)
-    if _DECIMAL.fullmatch(text):
+    if _DECIMAL.fullmatch(text) or _EXPONENT.fullmatch(text):
         return float(text)
-    try:
-        value = yaml.safe_load(text)
-        value = float(value) if isinstance(value, str) and _EXPONENT.fullmatch(value) else value
-    except yaml.YAMLError:
-        return text
-    return value if isinstance(value, (int, float, bool)) else text
+    # One scalar, never a whole document: anybody may have written it, and a short one may describe billions of values.
+    loader = yaml.SafeLoader("")
+    tag = loader.resolve(yaml.ScalarNode, text, (True, False))  # type: ignore[no-untyped-call]
+    return loader.construct_object(yaml.ScalarNode(tag, text)) if tag in _TYPED else text
 
 
 def _times(milliseconds: Iterable[int]) -> pd.DatetimeIndex:
