@@ -64,4 +64,3 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
         return Comparison(True, f"identical: {what}, {curves.steps.size:,} trials, bit for bit")
     why = "" if fingerprint(point) == row["fingerprint"] else "; the code that it depends on has changed since"
     return Comparison(False, f"different: {what}, in {', '.join(different)}{why}")
-

@@ -57,9 +57,18 @@ def test_every_name_of_a_shipped_class_is_known(prefix: str):
     ("config", "message"),
     [
         ("world: {_target_: mine_recorded.Ring}", "world._target_=mine_recorded.Ring: comes from the store"),
-        ("world: {_target_: rl_design_space.design.Torus, size: {_target_: mine_recorded.Ring}}", "world.size._target_"),
-        ("world: {_target_: rl_design_space.design.Torus, size: [{_target_: mine_recorded.Ring}]}", "world.size._target_"),
-        ("world: {_target_: rl_design_space.design.Torus, size: 5, x: {_target_: mine_recorded.Ring}}", "world.x._target"),
+        (
+            "world: {_target_: rl_design_space.design.Torus, size: {_target_: mine_recorded.Ring}}",
+            "world.size._target_",
+        ),
+        (
+            "world: {_target_: rl_design_space.design.Torus, size: [{_target_: mine_recorded.Ring}]}",
+            "world.size._target_",
+        ),
+        (
+            "world: {_target_: rl_design_space.design.Torus, size: 5, x: {_target_: mine_recorded.Ring}}",
+            "world.x._target",
+        ),
         ("task: {a: {b: {_target_: mine_recorded.Ring}}}", "task.a.b._target_"),
         ("seed: {_target_: mine_recorded.Ring}", "seed._target_"),
         ("world: {_target_: [mine_recorded.Ring]}", "comes from the store"),
