@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import SCALARS
-from rl_design_space.tracking.address import StoreAddress
+from rl_design_space.tracking.address import StoreAddress, mlflow_filter
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
 from rl_design_space.tracking.store_errors import (
@@ -84,9 +84,10 @@ class ServerQueries:
         with _translated_errors(self._address):
             names = (self._address.experiment, self._address.sweeps)
             known = [self._client().get_experiment_by_name(name) for name in names]
-            wanted = f"attributes.status = 'RUNNING' and tags.`{SPOOL_TAG}` = '{spool}'"
+            wanted = f"attributes.status = 'RUNNING' and {mlflow_filter(SPOOL_TAG, spool)}"
             runs = [run for each in known if each for run in search_all(self._client(), each.experiment_id, wanted)]
-        return [run.data.tags.get(FINGERPRINT_TAG) or run.data.tags.get(SWEEP_TAG, "") for run in runs]
+        tags = [run.data.tags for run in runs if run.data.tags.get(SPOOL_TAG) == spool]
+        return [each.get(FINGERPRINT_TAG) or each.get(SWEEP_TAG, "") for each in tags]
 
     def _experiment(self) -> str | None:
         known = self._client().get_experiment_by_name(self._address.experiment)

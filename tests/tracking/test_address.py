@@ -3,10 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+import sqlalchemy
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from rl_design_space.tracking.address import absolute, is_server, sqlite_path
+from rl_design_space.config.build import construct
+from rl_design_space.errors import ConfigError
+from rl_design_space.tracking import MlflowTracking
+from rl_design_space.tracking.address import (
+    StoreAddress,
+    absolute,
+    is_server,
+    mlflow_filter,
+    mlflow_uri,
+    sqlite_path,
+)
+from rl_design_space.tracking.database import DatabaseQueries
+from tests.tracking.stores import copy_database, import_mlflow
 
 
 def test_a_relative_path_is_resolved_in_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -22,5 +38,73 @@ def test_a_relative_path_is_resolved_in_the_working_directory(tmp_path: Path, mo
 )
 def test_other_stores_have_no_file(uri: str, server: bool):
     assert sqlite_path(uri) is None
-    assert absolute(uri) == uri
+    assert absolute(uri) == mlflow_uri(uri) == uri
     assert is_server(uri) is server
+
+
+NAMES = st.text(min_size=1, max_size=12).map(lambda name: name.replace("/", "?").replace("\0", "%"))
+
+
+@given(st.lists(NAMES, min_size=1, max_size=3).map(lambda names: "/" + "/".join(names)))
+@settings(max_examples=100)
+def test_every_path_is_found_by_sqlalchemy_where_it_is(path: str):
+    uri = absolute(f"sqlite:///{path}")
+    assert sqlite_path(uri) == Path(path)
+    assert sqlalchemy.make_url(mlflow_uri(uri)).database == str(Path(path))
+    if not set("?%") & set(path):
+        assert mlflow_uri(uri) == uri == f"sqlite:///{Path(path)}"  # the identity of existing spools
+    else:  # MLflow creates the parent of the path that it reads
+        assert Path(mlflow_uri(uri).removeprefix("sqlite:///")).parent in (Path(path), *Path(path).parents)
+
+
+@pytest.mark.parametrize("name", ["a?b", "a%20b", "it's here", "a#b&c"])
+def test_a_database_in_any_folder_is_read(name: str, empty_database: Path, tmp_path: Path):
+    database = tmp_path / name / "mlflow.db"
+    copy_database(empty_database, database)
+    with sqlalchemy.create_engine(mlflow_uri(f"sqlite:///{database}")).begin() as connection:
+        connection.execute(
+            sqlalchemy.text(
+                "insert into experiments (experiment_id, name, lifecycle_stage) values (7, 'mine', 'active')"
+            )
+        )
+    assert DatabaseQueries(StoreAddress(f"sqlite:///{database}", "mine", "sweeps")).experiment == "7"
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("value", ["host:/srv", "host:/it's here", 'host:/a "b"', """host:/it's "b" """])
+def test_a_filter_finds_a_tag_with_quotes(value: str):
+    import_mlflow()
+    from mlflow.utils.search_utils import SearchUtils
+
+    def run(tag: str) -> SimpleNamespace:
+        return SimpleNamespace(data=SimpleNamespace(tags={"spool": tag}))
+
+    mine, other = run(value), run("host:/else")
+    assert SearchUtils.filter([mine, other], mlflow_filter("spool", value)) == [mine]
+
+
+@pytest.mark.parametrize(
+    ("settings_", "message"),
+    [
+        ({"uri": "http://secret@host"}, "uri=http://…@host: should not hold a password or token"),
+        ({"uri": "postgresql://me@host/db?sslpassword=secret"}, "should not hold a password or token"),
+        ({"uri": "http:/host"}, "should name a host"),
+        ({"uri": "postgresql://me@host/my db"}, "should not hold spaces"),
+        ({"uri": "sqlite:///a\nb"}, "control characters"),
+        ({"experiment": "../../x"}, "tracking.experiment=../../x: should be a name"),
+        ({"experiment": "/etc"}, "tracking.experiment=/etc: should be a name"),
+        ({"sweeps": "a/../../b"}, "tracking.sweeps=a/../../b: should be a name"),
+        ({"sweeps": "a\0"}, "should be a name"),
+    ],
+)
+def test_an_address_that_leads_elsewhere_or_holds_a_secret_is_refused(settings_: dict[str, str], message: str):
+    with pytest.raises(ConfigError) as caught:
+        construct(MlflowTracking, {"uri": "sqlite:///mlflow.db", **settings_}, "tracking")
+    assert message in str(caught.value)
+    assert "secret" not in str(caught.value)
+
+
+def test_a_name_in_a_spool_leads_nowhere_either():
+    with pytest.raises(ConfigError, match=r"tracking\.experiment=\.\./x: should be a name"):
+        StoreAddress("sqlite:////srv/mlflow.db", "../x", "sweeps")
+    assert StoreAddress("databricks", "/Users/me/x", "team/sweeps").is_server
