@@ -18,9 +18,9 @@ _HOST_AND_PORT = re.compile(r"(\[[^\]]*\]|[^:]*)(:\d*)?")
 _WORD = "(?:pass(?:word|wd|phrase)|pwd|secret|token|credential|signature|(?:api|access)_?key)s?"
 #: A parameter of a URI; what a parameter holds once it is decoded, also one of a connection string inside of it.
 _PARAMETER = re.compile(r"(?<=[?&;#])(?P<name>[^\s?&;#=]*)(?P<value>=?[^\s?&;#]*)")
-_SECRET = re.compile(rf"(?:^|[?&;#{{\s])[\w.\-]*{_WORD}\s*=\s*[^\s&;#]", re.IGNORECASE)
+_SECRET = re.compile(rf"(?:^|[?&;#{{\s])[\w.\-]*{_WORD}\s*=\s*[^\s&;#…]", re.IGNORECASE)
 #: An override that sets a secret, such as an environment variable for jobs; one that refers to a variable does not.
-_SETTING = re.compile(rf"(?<![^\s'\"])[+~]*(?:hydra|tracking)[\w./@]*{_WORD}=(?!\$\{{|null\b)(\S+)", re.IGNORECASE)
+_SETTING = re.compile(rf"(?<![^\s'\"])[+~]*(?:hydra|tracking)[\w./@]*{_WORD}=(?!\$\{{|null\b|…)(\S+)", re.IGNORECASE)
 _HIDDEN = "…"
 #: How often a text may be percent-encoded.
 _ENCODINGS = 3

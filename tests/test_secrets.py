@@ -54,6 +54,7 @@ def test_a_secret_is_left_out(text: str, shown: str):
     assert without_secrets(text) == shown
     for error in (ConfigError.at("tracking.uri", text, "no"), ConfigError(text), StoreUnavailableError(text)):
         assert "ecret" not in str(error)
+    assert str(ConfigError(f"{shown}: no")) == f"{shown}: no"
 
 
 @pytest.mark.parametrize(

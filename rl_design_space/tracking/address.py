@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
+from rl_design_space._paths import leads_out
 from rl_design_space._secrets import has_secret
 from rl_design_space.errors import ConfigError
 
@@ -39,7 +40,7 @@ class StoreAddress:
         if self.is_server:
             return
         for key, name in (("experiment", self.experiment), ("sweeps", self.sweeps)):
-            if name.startswith("/") or ".." in name.split("/") or _CONTROL.search(name):
+            if leads_out(name):
                 expected = "should be a name, without .. and a / in front: a folder for its files is named after it"
                 raise ConfigError.at(f"tracking.{key}", name, expected)
 
