@@ -56,7 +56,6 @@ def _run(arguments: list[str]) -> None:
         SystemExit: with status 1 if a point failed or records are pending, with 130 after Ctrl-C.
     """
     from rl_design_space.commands.command_line import read_command_line
-    from rl_design_space.config.config_files import limit_config_files
     from rl_design_space.config.search_path import look_in_user_folder_first
 
     make_plugins_known()
@@ -67,7 +66,6 @@ def _run(arguments: list[str]) -> None:
         if line.runs:
             user_config.tell_of_shadowing()
         look_in_user_folder_first()
-        limit_config_files()
         _share_config_store()
         sys.argv[1:] = line.for_hydra
         with running(Invocation(line)) as invocation:

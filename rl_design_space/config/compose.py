@@ -22,7 +22,6 @@ from yaml import YAMLError
 from rl_design_space._paths import CONF
 from rl_design_space.config.assemble import Assembler, Parts
 from rl_design_space.config.build import build_values
-from rl_design_space.config.config_files import limit_config_files
 from rl_design_space.config.explain import explain
 from rl_design_space.config.overrides import is_search_path, is_setting
 from rl_design_space.config.search_path import look_in_user_folder_first
@@ -38,7 +37,6 @@ OPTION_GROUPS = tuple(field.name for field in fields(DesignPoint) if field.name 
 def shipped_config() -> Iterator[None]:
     """Initialize Hydra with the user's and the shipped configuration, and restore its state afterwards."""
     look_in_user_folder_first()
-    limit_config_files()
     outer = GlobalHydra.instance().hydra
     GlobalHydra.instance().clear()
     try:

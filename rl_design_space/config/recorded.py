@@ -26,23 +26,22 @@ _TARGET = "_target_"
 _SHIPPED = re.compile(r"rl_design_space(?:\.design(?:\.[a-z_]+)?)?\.(?P<name>[A-Za-z]+)")
 
 
-def recorded_point(text: str, name: str) -> DesignPoint:
+def recorded_point(config: Any, name: str) -> DesignPoint:
     """Build the point of a recorded config.
 
     Args:
-        text: the config, as YAML.
+        config: plain Python values.
         name: where it was recorded, for messages.
 
     Raises:
         ConfigError: it is not the config of a design point, names a class that is not among the expected ones, or has a
             value that is not allowed.
     """
-    recorded = load_plain(text, name)
     known = [field.name for field in fields(DesignPoint)]
-    if not isinstance(recorded, Mapping) or not set(recorded) <= set(known):
+    if not isinstance(config, Mapping) or not set(config) <= set(known):
         raise ConfigError(f"{name}: not the config of a design point, whose keys are {', '.join(known)}")
     try:
-        return make_point({key: _value(key, key, node) for key, node in recorded.items()})
+        return make_point({key: _value(key, key, node) for key, node in config.items()})
     except ConfigError as error:
         raise ConfigError(f"{name}: {error}") from error
 

@@ -56,7 +56,7 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
         raise ConfigError(
             f"{run.run_id}: holds its curves only (tracking.artifact=curves), so its periods cannot be compared"
         )
-    point = recorded_point(reader.config(run), f"config.yaml of run {run.run_id}")
+    point = recorded_point(reader.config(run), f"run {run.run_id}")
     curves = simulate(point, threads)
     different = [name for name in _COMPARED if not np.array_equal(recorded[name], getattr(curves, name))]
     what = f"{row['name']} (run {run.run_id})"

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
-from rl_design_space._paths import leads_out
 from rl_design_space._secrets import has_secret
-from rl_design_space.errors import ConfigError
 
 SQLITE = "sqlite:///"
 #: Characters of a path that have a meaning of their own in a database URL.
@@ -31,23 +29,15 @@ class StoreAddress:
     experiment: str
     sweeps: str
 
-    def __post_init__(self) -> None:
-        """Check the names, whose folders of artifacts would lie elsewhere; a server has its own place for them.
-
-        Raises:
-            ConfigError: a name is a path that leads out of the folder.
-        """
-        if self.is_server:
-            return
-        for key, name in (("experiment", self.experiment), ("sweeps", self.sweeps)):
-            if leads_out(name):
-                expected = "should be a name, without .. and a / in front: a folder for its files is named after it"
-                raise ConfigError.at(f"tracking.{key}", name, expected)
-
     @property
     def is_server(self) -> bool:
         """Whether the store is a tracking server, not a database."""
         return is_server(self.uri)
+
+
+def is_server(uri: str) -> bool:
+    """Return whether a URI is that of a tracking server."""
+    return uri.startswith(("http:", "https:", "databricks"))
 
 
 def checked_uri(uri: str) -> str:
@@ -92,20 +82,3 @@ def mlflow_uri(uri: str) -> str:
     if path is None or special is None:
         return uri
     return f"{SQLITE}{str(path)[: special.start()]}{quote(str(path)[special.start() :], safe='')}"
-
-
-def mlflow_filter(name: str, value: str) -> str:
-    """Return a filter of MLflow's search for the runs whose tag has a value; quotes cannot be escaped in it.
-
-    For a value with quotes of both kinds, it also finds values with another character in their places.
-    """
-    if "'" not in value:
-        return f"tags.`{name}` = '{value}'"
-    if '"' not in value:
-        return f'tags.`{name}` = "{value}"'
-    return f"tags.`{name}` LIKE '{value.replace(chr(39), '_')}'"
-
-
-def is_server(uri: str) -> bool:
-    """Return whether a URI is that of a tracking server."""
-    return uri.startswith(("http:", "https:", "databricks"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
 
-from pydantic import AfterValidator, Field, Strict, model_validator
+from pydantic import AfterValidator, Field, Strict
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
@@ -74,11 +74,6 @@ class MlflowTracking:
     curves: Annotated[tuple[Annotated[str, AfterValidator(_known_curve)], ...], Strict(False)] = ()
     every: Annotated[int, Field(ge=1)] = 1
     artifact: Kept = "periods"
-
-    @model_validator(mode="after")
-    def _check_names(self) -> MlflowTracking:
-        StoreAddress(self.uri, self.experiment, self.sweeps)
-        return self
 
     @property
     def address(self) -> StoreAddress:

@@ -11,7 +11,7 @@ from urllib.parse import quote, unquote, urlencode, urlsplit
 
 from numpy.typing import NDArray
 
-from rl_design_space.config.yaml_limits import read_text
+from rl_design_space.config.yaml_limits import load_plain, read_text
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
@@ -130,9 +130,14 @@ class RunReader:
         """Return the arrays of a run's artifact."""
         return self._artifact(run, PERIODS_FILE, read_saved)
 
-    def config(self, run: StoredRun) -> str:
-        """Return the resolved config of a run, as YAML; anybody may have written it who can write to the store."""
-        return self._artifact(run, CONFIG_FILE, read_text)
+    def config(self, run: StoredRun) -> Any:
+        """Return the resolved config of a run; anybody may have written it who can write to the store.
+
+        Raises:
+            ConfigError: it is not YAML, or too large.
+        """
+        name = f"{CONFIG_FILE} of run {run.run_id}"
+        return self._artifact(run, CONFIG_FILE, lambda path: load_plain(read_text(path), name))
 
     def link(self, ui: str, study: str) -> str:
         """Return the address of a study's runs in an MLflow UI."""

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import SCALARS
-from rl_design_space.tracking.address import StoreAddress, mlflow_filter
+from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
+from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import (
     access_error,
     as_tracking_error,
@@ -19,7 +20,7 @@ from rl_design_space.tracking.store_errors import (
     is_transient,
     missing_experiment,
 )
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, SPOOL_TAG, SWEEP_TAG, studies_of
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, studies_of
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
@@ -79,15 +80,14 @@ class ServerQueries:
         wanted_points = set(fingerprints)
         return {fingerprint: run for fingerprint, run in found if fingerprint in wanted_points}
 
-    def running(self, spool: str) -> list[str]:
-        """Return the keys of the RUNNING runs that a spool has begun: fingerprints of points and ids of sweeps."""
+    def running(self) -> list[RunningRun]:
+        """Return the RUNNING runs of points and sweeps."""
         with _translated_errors(self._address):
             names = (self._address.experiment, self._address.sweeps)
             known = [self._client().get_experiment_by_name(name) for name in names]
-            wanted = f"attributes.status = 'RUNNING' and {mlflow_filter(SPOOL_TAG, spool)}"
-            runs = [run for each in known if each for run in search_all(self._client(), each.experiment_id, wanted)]
-        tags = [run.data.tags for run in runs if run.data.tags.get(SPOOL_TAG) == spool]
-        return [each.get(FINGERPRINT_TAG) or each.get(SWEEP_TAG, "") for each in tags]
+            ids = [each.experiment_id for each in known if each]
+            runs = [run for each in ids for run in search_all(self._client(), each, "attributes.status = 'RUNNING'")]
+        return [RunningRun.of(run.data.tags) for run in runs]
 
     def _experiment(self) -> str | None:
         known = self._client().get_experiment_by_name(self._address.experiment)

@@ -45,12 +45,12 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("overrides", [[], ["representation=distance", "msa=lengths_2_3", "world=walled"]])
 def test_a_recorded_point_is_built_again(planner: Planner, overrides: list[str]):
     point = planner(overrides).point
-    assert recorded_point(yaml.safe_dump(resolved_config(point)), "a run") == point
+    assert recorded_point(resolved_config(point), "a run") == point
 
 
 @pytest.mark.parametrize("prefix", ["rl_design_space", "rl_design_space.design", "rl_design_space.design.world"])
 def test_every_name_of_a_shipped_class_is_known(prefix: str):
-    assert recorded_point(f"world: {{_target_: {prefix}.Torus, size: 7}}", "a run").world.shape == (7, 7)
+    assert recorded_point({"world": {"_target_": f"{prefix}.Torus", "size": 7}}, "a run").world.shape == (7, 7)
 
 
 @pytest.mark.parametrize(
@@ -79,27 +79,23 @@ def test_every_name_of_a_shipped_class_is_known(prefix: str):
         ("world: {_target_: rl_design_space.design.Task}", "should be an instance of World"),
         ("world: {_target_: rl_design_space.design.Torus, sise: 5}", "did you mean world.size?"),
         ("seed: ${oc.env:HOME}", "seed=${oc.env:HOME}: should be a valid integer"),
-        ("seed: 2020-99-99", "not YAML"),
-        ("seed: !!python/object/apply:mine_recorded.Ring []", "not YAML"),
         ("hydra: {}", "not the config of a design point"),
-        ("[", "not YAML"),
         ("nothing", "not the config of a design point"),
     ],
 )
 def test_anything_else_is_refused_without_running_it(own: Path, config: str, message: str):
     with pytest.raises(ConfigError) as caught:
-        recorded_point(config, "config.yaml of run 1")
+        recorded_point(yaml.safe_load(config), "run 1")
     assert message in str(caught.value)
-    assert str(caught.value).startswith("config.yaml of run 1: ")
+    assert str(caught.value).startswith("run 1: ")
     assert "\n" not in str(caught.value)
     assert "mine_recorded" not in sys.modules
 
 
 def test_the_config_folder_in_use_allows_the_components_that_it_names_for_a_choice(own: Path):
-    config = yaml.safe_dump({"world": RING})
     (own / "world" / "ring.yaml").write_text(yaml.safe_dump(RING))
     (own / "world" / "broken.yaml").write_text("[")
-    world = recorded_point(config, "a run").world
+    world = recorded_point({"world": RING}, "a run").world
     assert (world.shape, world.inner.value) == ((5, 5), 7)
     with pytest.raises(ConfigError, match=r"reward\._target_=mine_recorded\.Ring: comes from the store"):
-        recorded_point(yaml.safe_dump({"reward": RING}), "a run")
+        recorded_point({"reward": RING}, "a run")

@@ -29,8 +29,23 @@ MERGED = "a0: &a0 {k0: x}\n" + "".join(f"a{n}: &a{n} {{<<: [*a{n - 1}, *a{n - 1}
         (f"[{', '.join('x' * VALUES)}]", f"more than {VALUES:,} values"),
         ("a: 2020-99-99", "not YAML: month"),
         (f"a: {'9' * 5000}", "not YAML: "),
+        ("a: !!python/object/apply:os.getcwd []", "not YAML: could not determine a constructor"),
     ],
-    ids=["bomb", "merged", "itself", "lists", "mappings", "blocks", "fits", "alias", "long", "wide", "date", "number"],
+    ids=[
+        "bomb",
+        "merged",
+        "itself",
+        "lists",
+        "mappings",
+        "blocks",
+        "fits",
+        "alias",
+        "long",
+        "wide",
+        "date",
+        "number",
+        "call",
+    ],
 )
 def test_what_is_too_large_is_refused_at_once(text: str, message: str):
     if not message:

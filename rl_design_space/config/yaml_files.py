@@ -1,12 +1,10 @@
-"""How Hydra reads config files: within the limits on YAML, see `yaml_limits`."""
+"""The YAML files of a configuration, read for Hydra: within the limits on YAML, see `yaml_limits`."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from hydra._internal.core_plugins import file_config_source
-from hydra._internal.sources_registry import SourcesRegistry
-from hydra.core.plugins import Plugins
+from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra.plugins.config_source import ConfigResult
 from omegaconf.errors import OmegaConfBaseException
 
@@ -15,10 +13,15 @@ from rl_design_space.config.yaml_limits import check_limits, read_text
 from rl_design_space.errors import ConfigError
 
 
-class FileConfigSource(file_config_source.FileConfigSource):  # the name by which Hydra recognises its source of files
-    """A folder of config files, none of which is too large."""
+class YamlFiles(FileConfigSource):
+    """Hydra's source of config files in folders, none of which is too large."""
 
     def load_config(self, config_path: str) -> ConfigResult:
+        """Return a config file and its header.
+
+        Raises:
+            ConfigError: the file is too large, or holds a value that cannot be read.
+        """
         path = Path(self.path, self._normalize_file_name(config_path))
         if path.is_file():
             check_limits(read_text(path), user_config.shown(path))
@@ -29,9 +32,3 @@ class FileConfigSource(file_config_source.FileConfigSource):  # the name by whic
                 raise
             # A number of thousands of digits, or an impossible date.
             raise ConfigError(f"{user_config.shown(path)}: cannot be read: {str(error).partition(';')[0]}") from error
-
-
-def limit_config_files() -> None:
-    """Let Hydra read config files within the limits."""
-    Plugins.instance()  # registers Hydra's own source if it has not yet
-    SourcesRegistry.instance().types[FileConfigSource.scheme()] = FileConfigSource
