@@ -13,14 +13,12 @@ from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import MlflowTracking
 from rl_design_space.tracking.address import (
-    StoreAddress,
     absolute,
     is_server,
     mlflow_uri,
     sqlite_path,
 )
-from rl_design_space.tracking.database import DatabaseQueries
-from tests.tracking.stores import copy_database
+from tests.tracking.stores import copy_database, learned, options, record, tracker_at
 
 
 def test_a_relative_path_is_resolved_in_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -55,18 +53,20 @@ def test_every_path_is_found_by_sqlalchemy_where_it_is(path: str):
         assert Path(mlflow_uri(uri).removeprefix("sqlite:///")).parent in (Path(path), *Path(path).parents)
 
 
-@pytest.mark.parametrize("name", ["a?b", "a%20b", "it's here", "a#b&c"])
-def test_a_database_in_any_folder_is_read(name: str, empty_database: Path, tmp_path: Path):
-    database = tmp_path / name / "mlflow.db"
+@pytest.mark.parametrize("writer", ["direct", "client"])
+def test_a_point_is_recorded_and_read_in_a_folder_of_any_name(
+    writer: str, empty_database: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    if writer == "client":
+        monkeypatch.setattr("rl_design_space.tracking.database_engine.REVISIONS", frozenset())
+    database = tmp_path / "it's a?b%20c #d" / "mlflow.db"
     copy_database(empty_database, database)
-    with sqlalchemy.create_engine(mlflow_uri(f"sqlite:///{database}")).begin() as connection:
-        connection.execute(
-            sqlalchemy.text(
-                "insert into experiments (experiment_id, name, lifecycle_stage) values (7, 'mine', 'active')"
-            )
-        )
-    assert DatabaseQueries(StoreAddress(f"sqlite:///{database}", "mine", "sweeps")).experiment == "7"
-    assert [path.name for path in tmp_path.iterdir()] == [name]
+    planned, curves = learned()
+    stored = record(tracker_at(database), planned, curves)
+    reader = options(database).reader()
+    assert reader.finished([planned.fingerprint]) == {planned.fingerprint: stored}
+    assert (reader.periods(stored)["steps"] == curves.steps).all()
+    assert [path.name for path in tmp_path.iterdir()] == [database.parent.name]
 
 
 @pytest.mark.parametrize(
