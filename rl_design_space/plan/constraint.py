@@ -37,15 +37,19 @@ class Constraint:
         Raises:
             ConfigError: the expression cannot be evaluated.
         """
+        expression = self._expression
         try:
-            return bool(self._expression.value(lambda name: _value_of(parts, name)))
+            return bool(expression.value(lambda name: _value_of(parts, name)))
         except ConfigError as error:
             chosen = " ".join(f"{group}={option}" for group, option in parts.options.items())
             raise ConfigError.at("drop", self.drop, f"{error}, for a point with {chosen}") from error
 
     @cached_property
     def _expression(self) -> Expression:
-        return Expression(self.drop)
+        try:
+            return Expression(self.drop)
+        except ConfigError as error:
+            raise ConfigError.at("drop", self.drop, str(error)) from error
 
 
 def _value_of(parts: Parts, name: str) -> Any:

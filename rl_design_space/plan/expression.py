@@ -69,7 +69,7 @@ class Expression:
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             reason = error.msg if isinstance(error, SyntaxError) else str(error) or "too many operators"
             raise ConfigError(f"should be a Python expression: {reason}") from error
-        for node in nodes:
+        for node in reversed(nodes):  # the innermost first
             if not _is_known(node):
                 found = ast.get_source_segment(text.strip(), node) or type(node).__name__
                 raise ConfigError(f"{found}: not part of an expression; docs/sweeps.md says what is")
