@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
+from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.backends import MlflowTracking
 from rl_design_space.tracking.read import RunReader
@@ -51,7 +52,8 @@ def load_runs(
     Raises:
         ConfigError: there is no such store, experiment or study, or the filter is not valid.
     """
-    options = MlflowTracking(uri=uri or f"sqlite:///{outputs}/mlflow.db", experiment=experiment)
+    address = {"uri": uri or f"sqlite:///{outputs}/mlflow.db", "experiment": experiment}
+    options = construct(MlflowTracking, address, "tracking")
     frame = options.reader().frame(study, filter)
     frame.attrs[_STORE] = {"uri": options.uri, "experiment": experiment}
     return frame

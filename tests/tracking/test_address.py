@@ -9,6 +9,7 @@ import sqlalchemy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import rl_design_space as rds
 from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import MlflowTracking
@@ -84,3 +85,6 @@ def test_an_address_that_leads_elsewhere_or_holds_a_secret_is_refused(settings_:
         construct(MlflowTracking, {"uri": "sqlite:///mlflow.db", **settings_}, "tracking")
     assert message in str(caught.value)
     assert "secret" not in str(caught.value)
+    with pytest.raises(ConfigError) as caught:
+        rds.load_runs(uri=settings_["uri"])
+    assert message in str(caught.value)
