@@ -13,7 +13,7 @@ from typing import NamedTuple
 from urllib.parse import unquote
 
 #: The beginning of a URI with a host, also with too few slashes; `sqlite:///` is followed by a path.
-_BEGINNING = re.compile(r"(?P<web>https?)?(?(web)|[a-z][a-z0-9+.\-]*(?=:/)):/{0,2}(?!/)", re.IGNORECASE)
+_BEGINNING = re.compile(r"(?P<web>https?)?(?(web)|[a-z][a-z0-9+.\-]{0,30}(?=:/)):/{0,2}(?!/)", re.IGNORECASE)
 _HOST_AND_PORT = re.compile(r"(\[[^\]]*\]|[^:]*)(:\d*)?")
 _WORD = "(?:pass(?:word|wd|phrase)|pwd|secret|token|credential|signature|(?:api|access)_?key)s?"
 #: A parameter of a URI; what a parameter holds once it is decoded, also one of a connection string inside of it.
@@ -22,8 +22,8 @@ _SECRET = re.compile(rf"(?:^|[?&;#{{\s])[\w.\-]*{_WORD}\s*=\s*[^\s&;#…]", re.I
 #: An override that sets a secret, such as an environment variable for jobs; one that refers to a variable does not.
 _SETTING = re.compile(rf"(?<![^\s'\"])[+~]*(?:hydra|tracking)[\w./@]*{_WORD}=(?!\$\{{|null\b|…)(\S+)", re.IGNORECASE)
 _HIDDEN = "…"
-#: How often a text may be percent-encoded.
-_ENCODINGS = 3
+#: How often a text may be percent-encoded, and how many characters may stand before a host.
+_ENCODINGS, _LONGEST = 3, 2_000
 
 
 class _Part(NamedTuple):
@@ -46,7 +46,7 @@ def without_secrets(text: str, *, is_address: bool = False) -> str:
         text: the text.
         is_address: whether the whole text is one URI; otherwise, a URI ends at a space.
     """
-    for plain in (text, text.replace("\\", "")):
+    for plain in (text, text.replace("\\", "")) if "\\" in text else (text,):
         if parts := sorted({*_before_hosts(plain, is_address), *_parameters(plain), *_settings(plain)}):
             return _replaced(plain, parts)
     return text
@@ -55,7 +55,9 @@ def without_secrets(text: str, *, is_address: bool = False) -> str:
 def _before_hosts(text: str, is_address: bool) -> Iterator[_Part]:
     """Yield the user and password of each URI, if they hold a secret."""
     for found in _BEGINNING.finditer(text):
-        rest = text[found.end() :] if is_address else re.split(r"\s", text[found.end() :], maxsplit=1)[0]
+        rest = text[found.end() : found.end() + _LONGEST]
+        if not is_address:
+            rest = re.split(r"\s", rest, maxsplit=1)[0]
         user = _before_host(rest, bool(found["web"]))
         name, _, password = _decoded(user).partition(":")
         if password or (found["web"] and name):
@@ -94,7 +96,7 @@ def _settings(text: str) -> Iterator[_Part]:
 
 
 def _decoded(text: str) -> str:
-    for _ in range(_ENCODINGS):
+    for _ in range(_ENCODINGS if "%" in text else 0):
         text = unquote(text)
     return text
 

@@ -8,18 +8,21 @@ from difflib import get_close_matches
 from rl_design_space._secrets import without_secrets
 from rl_design_space._yaml import as_yaml
 
+#: Maximum number of characters of a message.
+_LONGEST = 10_000
+
 
 class ConfigError(ValueError):
     """Something in a configuration, on the command line or in a file, cannot be used as it is.
 
-    Passwords and tokens in the message are left out.
+    Passwords and tokens in the message are left out, and what is longer than anybody reads.
 
     Args:
         message: what is wrong, and what would be right.
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__(without_secrets(message))
+        super().__init__(without_secrets(message if len(message) <= _LONGEST else f"{message[:_LONGEST]}…"))
 
     @classmethod
     def at(cls, key: str, value: object, expected: str) -> ConfigError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import string
+import time
 from urllib.parse import quote
 
 import pytest
@@ -125,6 +126,13 @@ def test_no_secret_among_the_parameters_is_shown(secret: str, name: str, encoded
     text = f"postgresql://me@host/db?a=b{separator}{name}={quote(secret, safe='')}"
     assert has_secret(text)
     assert quote(secret, safe="") not in without_secrets(text)
+
+
+@pytest.mark.parametrize("text", ["x", "a:/", "&", "?token", "http:", "%26", "http://a@", "\\&"])
+def test_a_long_message_is_cut_and_read_at_once(text: str):
+    begun = time.process_time()
+    assert len(str(ConfigError(text * 10**6))) < 20_000
+    assert time.process_time() - begun < 5  # hours if each beginning was searched to the end
 
 
 @settings(max_examples=50)
