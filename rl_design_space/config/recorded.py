@@ -23,7 +23,7 @@ from rl_design_space.errors import ConfigError
 
 _TARGET = "_target_"
 #: The name of a class of this package, as configs write it or as runs of any version have recorded it.
-_SHIPPED = re.compile(r"rl_design_space(?:\.design(?:\.[a-z_]+)?)?\.(?P<name>[A-Za-z]+)")
+_SHIPPED = re.compile(r"rl_design_space(?:\.design(?:\.[a-z_]+)?)?\.(?P<name>[A-Z]\w*)")
 
 
 def recorded_point(config: Any, name: str) -> DesignPoint:

@@ -32,3 +32,7 @@ class YamlFiles(FileConfigSource):
                 raise
             # A number of thousands of digits, or an impossible date.
             raise ConfigError(f"{user_config.shown(path)}: cannot be read: {str(error).partition(';')[0]}") from error
+
+
+# Hydra knows its source of files by this name, and registers it again in the processes of its launchers.
+YamlFiles.__name__ = FileConfigSource.__name__
