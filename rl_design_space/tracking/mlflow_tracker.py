@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
@@ -72,8 +73,13 @@ class MlflowTracker:
         self._origin = origin_tags(command)
         #: Fingerprints of the points recorded by this tracker; delivery of their records releases their locks.
         self._written: set[str] = set()
+        #: Those of them that the store is known to have.
+        self._found: set[str] = set()
         #: Whether the store has answered which points it has; if not, delivery looks for each point first.
         self._store_answers = True
+        #: Whether the store is known to accept results, as far as that can be known before there are any.
+        self._is_checked = False
+        self._note = ""
         #: Whether the disk has been full for `patience` seconds.
         self._disk_is_full = False
 
@@ -85,6 +91,7 @@ class MlflowTracker:
         Raises:
             ConfigError: the store cannot be used.
         """
+        self._check_store()
         self._locks.skip_journal()
         # In this order: a record that is delivered in between is found in one of the two.
         pending = self._pending(fingerprints)
@@ -143,7 +150,19 @@ class MlflowTracker:
         self._close_stale_runs()
         status = self._delivery.wait(self._patience, on_progress)
         lost = {fingerprint: reason for fingerprint, reason in status.lost.items() if fingerprint in self._written}
-        return DeliveryStatus(status.pending, status.reason, lost)
+        if not status.pending:
+            lost |= self._removed(lost)
+        return DeliveryStatus(status.pending, status.reason, lost, self._note)
+
+    def _removed(self, lost: Mapping[str, str]) -> dict[str, str]:
+        """Return the delivered points that a database does not have, with the reason."""
+        if self._spool.address.is_server or not self._written - self._found:
+            return {}
+        with suppress(StoreUnavailableError):
+            self._found |= self._queries.recorded(self._written)
+            reason = "its run is not in the store any more: runs were removed, or the database was replaced"
+            return dict.fromkeys(self._written - self._found - lost.keys(), reason)
+        return {}
 
     def _close_stale_runs(self) -> None:
         """Have the runs of dead processes closed, if there are any."""
@@ -167,6 +186,12 @@ class MlflowTracker:
                 continue
             found[fingerprint] = StoredRun("", studies_of(content["tags"]), content["scalars"])
         return found
+
+    def _check_store(self) -> None:
+        if not self._is_checked:
+            with suppress(StoreUnavailableError):
+                self._note = self._queries.check()
+            self._is_checked = True
 
     def _stored(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         try:
@@ -218,6 +243,8 @@ class _Sweep:
 
     def close(self, ending: SweepEnding) -> None:
         """End the run."""
+        if ending.status != "KILLED":  # a sweep that is stopped does not wait for the store
+            ending = replace(ending, stored={**ending.stored, **self._delivered(ending.stored)})
         content = {
             **self._content,
             "ended": int(time.time() * 1000),
@@ -227,3 +254,7 @@ class _Sweep:
         }
         self._tracker._submit(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending)))
         self._tracker._locks.release(self._key)
+
+    def _delivered(self, stored: Mapping[str, StoredRun]) -> dict[str, StoredRun]:
+        """Return the runs of records that were pending when their points were recorded, and are delivered now."""
+        return self._tracker._stored([fingerprint for fingerprint, run in stored.items() if not run.run_id])
