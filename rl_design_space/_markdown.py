@@ -15,7 +15,7 @@ def escaped(text: str) -> str:
 
     HTML, links, pictures and bars are shown as they are written. Viewers differ in whether they run HTML.
     """
-    # Without a backslash in front that is one of the text, a backtick begins code for this function and for viewers.
+    # Backslashes of the text are escaped, so a backtick behind one begins code, for this function and for viewers.
     parts = _CODE.split(" ".join(text.split()))
     shown = [part if place % 3 else _ACTIVE.sub(r"\\\g<0>", part) for place, part in enumerate(parts) if place % 3 != 2]
     return "".join(shown).replace("|", r"\|")

@@ -1,8 +1,8 @@
 """Secrets in addresses: passwords and tokens in URIs, however they are written.
 
-One parser for all that is typed, printed and recorded. It reads an address as those do who connect: for urllib and
-requests the part before the host ends at the first slash, for SQLAlchemy a password may hold slashes. Where readings
-differ, the text counts as a secret.
+One parser for all that is typed, printed and recorded. It reads an address as the libraries do that connect to it: in
+urllib and requests the part before the host ends at the first slash, in SQLAlchemy a password may hold slashes. Where
+they differ, the text counts as a secret.
 """
 
 from __future__ import annotations

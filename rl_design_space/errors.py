@@ -15,7 +15,7 @@ _LONGEST = 10_000
 class ConfigError(ValueError):
     """Something in a configuration, on the command line or in a file, cannot be used as it is.
 
-    Passwords and tokens in the message are left out, and what is longer than anybody reads.
+    Passwords and tokens in the message are left out, and very long messages are cut.
 
     Args:
         message: what is wrong, and what would be right.

@@ -1,4 +1,4 @@
-"""Build the design point of a recorded config, which anybody may have written who can write to the store.
+"""Build the design point of a recorded config, which anyone with write access to the store may have written.
 
 Nothing in it is instantiated: Hydra would import and call whatever a `_target_` names, at any depth, and resolve
 interpolations, which read the environment. Here, a `_target_` only selects among the classes of the package and those

@@ -1,7 +1,7 @@
 """Limits on YAML texts: a short text may describe billions of values, which aliases repeat.
 
-A YAML parser reads such a text without effort; whoever copies or merges the values never ends. So sizes are counted on
-the parser's events, before any value exists.
+A YAML parser reads such a text at once, but copying or merging its values takes for ever. So sizes are counted on the
+parser's events, before any value exists.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a YAML file; of one that is too large, no more than shows it."""
+    """Return the text of a YAML file, cut where it is too large."""
     with path.open(encoding="utf-8", errors="replace") as file:
         return file.read(CHARACTERS + 1)
 

@@ -52,7 +52,7 @@ def read_periods(run_id: str, path: Path) -> dict[str, NDArray[Any]]:
 
 
 def read_config(run_id: str, path: Path) -> dict[str, Any]:
-    """Return the resolved config of a run, which anybody may have written who can write to the store.
+    """Return the resolved config of a run, which anyone with write access to the store may have written.
 
     Raises:
         DamagedFileError: the file is not there, or does not hold a mapping in YAML.
