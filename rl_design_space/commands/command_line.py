@@ -11,11 +11,12 @@ from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
+from rl_design_space._secrets import has_secret, without_secrets
 from rl_design_space.config import user_config
 from rl_design_space.config.compose import check_options
 from rl_design_space.config.explain import explain
 from rl_design_space.config.overrides import is_setting
-from rl_design_space.errors import ConfigError, has_password, without_passwords
+from rl_design_space.errors import ConfigError
 
 _OWN_SWEEPER = "design"
 #: Values that leave `study`, `plan` or `shard` unused.
@@ -55,14 +56,14 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     """Parse the arguments of a command line, and check them as far as possible before Hydra composes them.
 
     Raises:
-        ConfigError: an argument holds a password, is not an override, gives a value where an option is needed, or the
-            flags and overrides contradict each other.
+        ConfigError: an argument holds a password or token, is not an override, gives a value where an option is needed,
+            or the flags and overrides contradict each other.
     """
     for argument in arguments:
-        if has_password(argument):
+        if has_secret(argument):
             raise ConfigError(
-                f"{without_passwords(argument)}: should not hold a password, because commands are recorded with runs; "
-                "docs/server.md says where to put it"
+                f"{without_secrets(argument, is_address=True)}: should not hold a password or token, because commands "
+                "are recorded with runs; docs/server.md says where to put it"
             )
     flags = get_args_parser().parse_intermixed_args(arguments)
     overrides = tuple(override for override in flags.overrides if _is_override(override))

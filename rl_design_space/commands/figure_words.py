@@ -11,6 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rl_design_space._paths import leads_out
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
@@ -49,6 +50,8 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     chosen = _parser(word).parse_intermixed_args(arguments)
     if unknown := [word_ for word_ in chosen.overrides if "=" not in word_]:
         raise ConfigError(f"{unknown[0]}: not an override; should be KEY=VALUE, such as outputs=elsewhere")
+    if leads_out(chosen.name or ""):
+        raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of

@@ -10,6 +10,7 @@ from typing import Any
 
 from omegaconf import DictConfig
 
+from rl_design_space._paths import leads_out
 from rl_design_space.config import user_config
 from rl_design_space.config.build import build, plain
 from rl_design_space.config.overrides import is_setting, is_sweep_setting
@@ -84,6 +85,8 @@ def load_study(name: str, overrides: Sequence[str], planner: Planner | None = No
     Raises:
         ConfigError: there is no such study, an override cannot be parsed, or a value is not allowed.
     """
+    if leads_out(name):
+        raise ConfigError.at("study", name, "should be the name of a study: the files of its report are named after it")
     planner = planner or Planner()
     overrides = tuple(override for override in overrides if not override.startswith("study="))
     config = planner.composer.config([f"study={name}", *filter(is_setting, overrides)])
