@@ -15,7 +15,8 @@ from rl_design_space.commands.progress import Display
 from rl_design_space.commands.sweep_output import show_pending
 from rl_design_space.commands.terminal import console, failure_table
 from rl_design_space.config.compose import Composer, shipped_config
-from rl_design_space.config.overrides import is_search_path, is_setting
+from rl_design_space.config.explain import explained
+from rl_design_space.config.overrides import is_search_path, is_setting, shared
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.grid import as_overrides, refuse_empty
@@ -69,9 +70,11 @@ def refuse_empty_sweep(line: CommandLine) -> None:
         ConfigError: an override matches nothing.
     """
     with shipped_config():
-        composer = Composer([override for override in line.overrides if is_search_path(override)])
-        of_hydra = [override for override in line.overrides if override.lstrip("+").startswith("hydra")]
-        sweeper: Any = OmegaConf.to_container(composer.config(of_hydra).hydra.sweeper)
+        places = [override for override in line.overrides if is_search_path(override)]
+        composer = Composer(places)
+        with explained():
+            parsed = composer.parser.parse_overrides(list(line.overrides))
+        sweeper: Any = OmegaConf.to_container(composer.config(shared(parsed)).hydra.sweeper)
         refuse_empty([*as_overrides(sweeper.get("params") or {}), *line.overrides], composer.parser)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 from hydra.errors import ConfigCompositionException, HydraException, MissingConfigException, OverrideParseException
 from omegaconf import DictConfig
@@ -50,6 +51,19 @@ def explain(error: Exception) -> ConfigError | None:
     if isinstance(error, (HydraException, OmegaConfBaseException)):
         return ConfigError(" ".join(str(error).split()))
     return None
+
+
+@contextmanager
+def explained() -> Iterator[None]:
+    """Translate errors that concern the configuration into `ConfigError`."""
+    try:
+        yield
+    except ConfigError:
+        raise
+    except Exception as error:
+        if translated := explain(error):
+            raise translated from error
+        raise
 
 
 def _not_yaml(error: MarkedYAMLError) -> ConfigError:
