@@ -89,11 +89,11 @@ class Assembler:
     def _is_plain(self, primary: ConfigResult, defaults: Any) -> bool:
         """Return whether nothing but its file contributes to an option: neither the primary config nor another file."""
         choices = defaults.hydra.runtime.choices
-        files = [default for default in primary.defaults_list or () if not default.is_self()]
+        files: list[Any] = [file for file in primary.defaults_list or () if not file.is_self()]
         return (
             not self._groups & set(primary.config)
             and set(defaults) <= {*_FIELDS, *SETTINGS}
-            and all(isinstance(default, GroupDefault) for default in files)
+            and all(isinstance(file, GroupDefault) or self._only_chooses(file.path) for file in files)
             and all(group in self._groups or is_setting(f"{group}=") for group in choices)
             and not any(
                 file_reaches_out(self._repository, f"{group}/{choices.get(group)}") for group in ("tracking", "study")
@@ -103,6 +103,11 @@ class Assembler:
                 for group, option in self._options.items()
             )
         )
+
+    def _only_chooses(self, path: str) -> bool:
+        """Return whether a config file has no content but overrides of options."""
+        found = self._repository.load_config(path)
+        return not found.config and all(default.is_override() for default in found.defaults_list or ())
 
     def _assemble(self, overrides: Sequence[str]) -> Parts:
         options, values = dict(self._options), dict[str, list[str]]()
