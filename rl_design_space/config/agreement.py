@@ -19,8 +19,8 @@ _FILLED_IN = ("runtime", "overrides")
 _FILLED_IN_JOB = ("override_dirname", "config_name", "name", "id", "num")
 #: The key or the resolver of an interpolation.
 _INTERPOLATION = re.compile(r"\$\{\s*([^}:\s]*:?)")
-#: Those that have the same value for all points: settings, values of the same node, the environment.
-_SHARED = re.compile(rf"({'|'.join(_COMPARED)})(\.|$)|\.?\w+$|oc\.(env|decode):$")
+#: Those that have the same value for all points: settings, values beside it, the environment.
+_SHARED = re.compile(rf"({'|'.join(_COMPARED)})(\.|$)|\.\w|oc\.(env|decode):$")
 
 
 class Agreement:
