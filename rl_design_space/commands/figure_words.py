@@ -42,11 +42,13 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     if unknown := [word_ for word_ in chosen.overrides if "=" not in word_]:
         raise ConfigError(f"{unknown[0]}: not an override; should be KEY=VALUE, such as outputs=elsewhere")
 
+    from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
     from rl_design_space.tracking.run_frame import of_newest_code
 
     settings = settings_of(chosen.overrides)
+    tell_of_unused_variables(settings.tracking)
     reader = settings.tracking.reader()
     figure = _figure(word, chosen)
     command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])

@@ -14,6 +14,7 @@ from rl_design_space.commands.point_launcher import PointLauncher
 from rl_design_space.commands.progress import Display
 from rl_design_space.commands.sweep_output import show_pending
 from rl_design_space.commands.terminal import console, failure_table
+from rl_design_space.commands.unused_variables import tell_of_unused_variables
 from rl_design_space.config.compose import Composer, shipped_config
 from rl_design_space.config.explain import explained
 from rl_design_space.config.overrides import is_search_path, is_setting, shared
@@ -37,8 +38,10 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
         ConfigError: a value of a point is not allowed, or a setting differs between jobs.
     """
     invocation = current_invocation()
-    invocation.jobs += len(job_overrides)
     settings = build_settings(config)
+    if not invocation.jobs:
+        tell_of_unused_variables(settings.tracking)
+    invocation.jobs += len(job_overrides)
     if len({tuple(filter(is_setting, overrides)) for overrides in job_overrides}) > 1:
         raise ConfigError("a setting differs between jobs; settings apply to the whole sweep")
     planner = Planner(Composer.like(config))

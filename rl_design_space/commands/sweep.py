@@ -13,6 +13,7 @@ from omegaconf import DictConfig, OmegaConf
 from rl_design_space.commands import sweep_output
 from rl_design_space.commands.invocation import current_invocation
 from rl_design_space.commands.point_launcher import PointLauncher
+from rl_design_space.commands.unused_variables import tell_of_unused_variables
 from rl_design_space.config.compose import Composer
 from rl_design_space.config.overrides import is_setting
 from rl_design_space.errors import ConfigError
@@ -55,6 +56,7 @@ def _sweep(
     """Return whether all points are recorded, or only their plan is asked for."""
     started = perf_counter()
     settings = build_settings(config)
+    tell_of_unused_variables(settings.tracking)
     plan = plan_sweep(overrides, params, config, settings)
     seconds = {"plan": perf_counter() - started}
     if settings.plan:
