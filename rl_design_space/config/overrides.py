@@ -47,10 +47,11 @@ def _shared(override: Override) -> str | None:
     text = override.input_line or ""
     if is_setting(text):
         return text
-    of_a_key = override.package is None and "." in override.key_or_group and "/" not in override.key_or_group
-    if override.is_sweep_override() or (of_a_key and override.is_delete()):
+    depth = 0 if override.package or "/" in override.key_or_group else override.key_or_group.count(".")
+    # What lies below the value of an option, as in `msa.lengths.0`, may not be there in the default option.
+    if override.is_sweep_override() or depth > 1 or (depth and override.is_delete()):
         return None
-    return f"++{text.lstrip('+')}" if of_a_key else text
+    return f"++{text.lstrip('+')}" if depth else text
 
 
 def _has_key(override: str, keys: tuple[str, ...]) -> bool:

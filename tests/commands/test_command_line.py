@@ -21,6 +21,7 @@ from rl_design_space.errors import ConfigError
         ("world.size=4,5", None),
         ("+setup=hard,easy", None),
         ("~world.size", None),
+        ("msa.lengths.0=3", None),
         ("outputs=x", "outputs=x"),
         ("tracking=none", "tracking=none"),
         ("tracking.uri=sqlite:///x.db", "tracking.uri=sqlite:///x.db"),
