@@ -1,4 +1,4 @@
-"""Where the shipped configuration and plugins lie."""
+"""Where the shipped configuration and plugins lie; paths of the user."""
 
 import os
 import sys
@@ -20,3 +20,8 @@ def make_plugins_known() -> None:
     inherited = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
     if _PLUGINS not in inherited:
         os.environ["PYTHONPATH"] = os.pathsep.join([*inherited, _PLUGINS])
+
+
+def expanded(path: str) -> str:
+    """Return a path with the home folder in place of `~`."""
+    return str(Path(path).expanduser()) if path.startswith("~") else path

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import fields
 from functools import cache, cached_property
-from typing import cast
+from typing import Any, cast
 
 import hydra
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
@@ -24,11 +24,13 @@ from rl_design_space.config.assemble import Assembler, Parts, file_reaches_out
 from rl_design_space.config.build import build_values
 from rl_design_space.config.explain import explain, explained
 from rl_design_space.config.overrides import is_of_study, is_search_path, is_setting, is_sweep_setting
+from rl_design_space.config.resolvers import register_resolvers
 from rl_design_space.config.search_path import look_in_user_folder_first
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 
 CONFIG_NAME = "config"
+register_resolvers()
 #: The design choices that are config groups: all fields of a point except `seed` and `task`.
 OPTION_GROUPS = tuple(field.name for field in fields(DesignPoint) if field.name not in ("seed", "task"))
 
@@ -74,8 +76,9 @@ class Composer:
     @classmethod
     def like(cls, config: DictConfig) -> Composer:
         """Return a composer for the points of a sweep with this composed config."""
-        of_sweep = filter(is_sweep_setting, config.hydra.overrides.task)
-        always = [*config.hydra.overrides.hydra, *(text for text in of_sweep if not is_of_study(text))]
+        typed: Any = OmegaConf.to_container(config.hydra.overrides)  # with interpolations as they are
+        of_sweep = filter(is_sweep_setting, typed["task"])
+        always = [*typed["hydra"], *(text for text in of_sweep if not is_of_study(text))]
         return cls(always, config.hydra.job.config_name, config)
 
     def parts(self, overrides: Sequence[str]) -> Parts:

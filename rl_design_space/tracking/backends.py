@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
 from pydantic import AfterValidator, Field, Strict
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._paths import expanded
 from rl_design_space._strict import STRICT
 from rl_design_space.errors import ConfigError, has_password
 from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
 from rl_design_space.learning.result import Kept
-from rl_design_space.tracking.address import StoreAddress, absolute
+from rl_design_space.tracking.address import SQLITE, StoreAddress, absolute
 from rl_design_space.tracking.tracker import NullTracker, Tracker
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def _tracking_uri(uri: str) -> str:
         raise ValueError("should not hold a password; see docs/server.md for where it belongs")
     if not re.match(r"[a-z][a-z0-9+]*:", uri) or not uri.partition(":")[2].strip("/"):
         raise ValueError("should be a tracking URI such as sqlite:///FILE, postgresql://… or http://…")
-    return uri
+    return f"{SQLITE}{expanded(uri.removeprefix(SQLITE))}" if uri.startswith(SQLITE) else uri
 
 
 @runtime_checkable
@@ -78,7 +79,7 @@ class MlflowTracking:
     uri: Annotated[str, AfterValidator(_tracking_uri)]
     experiment: Annotated[str, Field(min_length=1)] = "design points"
     sweeps: Annotated[str, Field(min_length=1)] = "sweeps"
-    spool: Annotated[str, Field(min_length=1)] = "outputs/spool"
+    spool: Annotated[str, Field(min_length=1), AfterValidator(expanded)] = "outputs/spool"
     patience: Annotated[float, Field(gt=0)] = 30.0
     curves: Annotated[tuple[Annotated[str, AfterValidator(_known_curve)], ...], Strict(False)] = ()
     every: Annotated[int, Field(ge=1)] = 1

@@ -144,7 +144,7 @@ def test_a_setting_in_a_file_equals_that_of_the_command_line(chosen: list[str], 
         ("-m +setup=searching world.size=${seed} seed=7,8", 2),
         ("-m +setup=nowhere tracking=none outputs=of_${task.goals} task.goals=2 seed=1,2", 2),
         ("study=walled seed=3,4", 2),
-        ("plan=true +setup=searching outputs=elsewhere", 2),
+        ("plan=true +setup=searching outputs=elsewhere hydra.sweep.subdir=${hydra.job.num}", 2),
     ],
 )
 def test_points_and_settings_are_those_of_hydra(arguments: str, points: int, folder: Path):
