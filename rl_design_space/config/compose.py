@@ -92,13 +92,20 @@ class Composer:
         """
         settings = tuple(filter(self._is_setting, overrides))
         if settings not in self._agreed:
-            config = self.config(settings)
-            self._agreed[settings] = is_separable(config) and self._agreement.holds(config)
+            self._agreed[settings] = self._agree(settings)
         try:
             assembled = self._assembler(overrides) if self._agreed[settings] else None
             return assembled or self._composed(overrides)
         except YAMLError as error:  # in an option's file
             raise explain(error) or error from error
+
+    def _agree(self, settings: Sequence[str]) -> bool:
+        """Return whether the settings of points with these are those of the sweep, whatever the points are."""
+        try:
+            config = self.config(settings)
+            return is_separable(config) and self._agreement.holds(config)
+        except ConfigError:  # unless a file that a point chooses has the key
+            return False
 
     def _composed(self, overrides: Sequence[str]) -> Parts:
         config = self.config(overrides)
@@ -113,12 +120,12 @@ class Composer:
         return [text for text in overrides if not is_sweep_setting(text) or self._changes_points(text)]
 
     def _changes_points(self, text: str) -> bool:
-        override = self.parser.parse_override(text)
-        path = f"{override.key_or_group}/{override.value()}"
-        if not file_reaches_out(self._repository, path):
-            return False
         places = list(filter(is_search_path, self._always))
-        composed = [hydra.compose(self._name, [*places, *more], return_hydra_config=True) for more in ([text], [])]
+        with explained():
+            override = self.parser.parse_override(text)
+            if not file_reaches_out(self._repository, f"{override.key_or_group}/{override.value()}"):
+                return False
+            composed = [hydra.compose(self._name, [*places, *more], return_hydra_config=True) for more in ([text], [])]
         with_it, without_it = [comparable(config, "study" if is_of_study(text) else "hydra") for config in composed]
         return with_it != without_it
 
