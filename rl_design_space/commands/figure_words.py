@@ -53,12 +53,14 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     if leads_out(chosen.name or ""):
         raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
+    from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
     from rl_design_space.tracking.selection import SOURCE
 
     where, also_typed = _where(chosen.where)
     settings = settings_of([*also_typed, *chosen.overrides])
+    tell_of_unused_variables(settings.tracking)
     reader = settings.tracking.reader()
     figure = _figure(word, chosen)
     command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 from hydra.errors import ConfigCompositionException, HydraException, MissingConfigException, OverrideParseException
 from omegaconf import DictConfig
@@ -14,7 +15,8 @@ from omegaconf.errors import (
     OmegaConfBaseException,
 )
 from pydantic import ValidationError
-from yaml import MarkedYAMLError
+from pydantic_core import ErrorDetails
+from yaml import MarkedYAMLError, YAMLError, safe_load
 
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
@@ -52,6 +54,19 @@ def explain(error: Exception) -> ConfigError | None:
     return None
 
 
+@contextmanager
+def explained() -> Iterator[None]:
+    """Translate errors that concern the configuration into `ConfigError`."""
+    try:
+        yield
+    except ConfigError:
+        raise
+    except Exception as error:
+        if translated := explain(error):
+            raise translated from error
+        raise
+
+
 def _not_yaml(error: MarkedYAMLError) -> ConfigError:
     """Return an error with the place of a YAML error, and where the faulty block starts: parsers notice it later."""
     mark = error.problem_mark or error.context_mark
@@ -87,9 +102,26 @@ def invalid(prefix: str, error: ValidationError, known: list[str]) -> ConfigErro
             lines.append(str(ConfigError.unknown("key", str(detail["loc"][-1]), known, f"{prefix}.")))
         elif not detail["loc"]:
             lines.append(_plain(detail["msg"]))
+        elif _needs_a_number(detail) and _is_quoted(detail["input"]):
+            remedy = "write it without quotes, or ${oc.decode:${oc.env:NAME}} for an environment variable"
+            lines.append(f'{key}="{detail["input"]}": {_plain(detail["msg"])}, not text; {remedy}')
         else:
             lines.append(str(ConfigError.at(key, detail["input"], _plain(detail["msg"]))))
     return ConfigError("\n".join(lines))
+
+
+def _needs_a_number(detail: ErrorDetails) -> bool:
+    return detail["type"] in ("int_type", "float_type", "bool_type") or "number" in detail["msg"]
+
+
+def _is_quoted(value: object) -> bool:
+    """Return whether a value is text that would be a number, true or false without quotes."""
+    if not isinstance(value, str):
+        return False
+    try:
+        return isinstance(safe_load(value), (int, float))
+    except YAMLError:
+        return False
 
 
 def _plain(message: str) -> str:

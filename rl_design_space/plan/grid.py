@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from itertools import product
 from typing import Any
 
@@ -11,7 +10,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 
 from rl_design_space._yaml import as_yaml
-from rl_design_space.config.explain import explain
+from rl_design_space.config.explain import explained
 from rl_design_space.errors import ConfigError
 
 
@@ -31,7 +30,7 @@ def axes(overrides: Sequence[str], parser: OverridesParser) -> dict[str, list[st
         ConfigError: an override cannot be parsed or enumerated, or matches nothing.
     """
     found: dict[str, list[str]] = {}
-    with _explained():
+    with explained():
         for override in parser.parse_overrides(list(overrides)):
             if override.is_sweep_override() and not override.is_discrete_sweep():
                 raise ConfigError(f"{override.input_line}: an interval has no list of values; use choice or range")
@@ -47,7 +46,7 @@ def refuse_empty(overrides: Sequence[str], parser: OverridesParser) -> None:
     Raises:
         ConfigError: an override cannot be parsed, or matches nothing.
     """
-    with _explained():
+    with explained():
         for override in parser.parse_overrides(list(overrides)):
             if override.is_discrete_sweep():
                 _values(override)
@@ -61,17 +60,6 @@ def _values(override: Override) -> list[str]:
     if not values:
         raise ConfigError(f"{override.input_line}: matches nothing")
     return values
-
-
-@contextmanager
-def _explained() -> Iterator[None]:
-    """Translate errors of Hydra and OmegaConf into `ConfigError`."""
-    try:
-        yield
-    except Exception as error:
-        if explained := explain(error):
-            raise explained from error
-        raise
 
 
 def as_overrides(sweeps: Mapping[str, Any]) -> list[str]:

@@ -13,7 +13,8 @@ from omegaconf import DictConfig
 from rl_design_space._paths import leads_out
 from rl_design_space.config import user_config
 from rl_design_space.config.build import build, plain
-from rl_design_space.config.overrides import is_setting, is_sweep_setting
+from rl_design_space.config.explain import explained
+from rl_design_space.config.overrides import is_setting, shared
 from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.constraint import Constraint, constraints_of
@@ -89,7 +90,10 @@ def load_study(name: str, overrides: Sequence[str], planner: Planner | None = No
         raise ConfigError.at("study", name, "should be the name of a study: the files of its report are named after it")
     planner = planner or Planner()
     overrides = tuple(override for override in overrides if not override.startswith("study="))
-    config = planner.composer.config([f"study={name}", *filter(is_setting, overrides)])
+    composer = planner.composer
+    with explained():
+        parsed = composer.parser.parse_overrides(list(overrides))
+    config = composer.config([f"study={name}", *shared(parsed)])
     node = plain(config, "study")
     if isinstance(node, Mapping) and "includes" in node:
         studies = _included(name, node["includes"], overrides, planner)
@@ -112,7 +116,7 @@ def _usual_periods(config: DictConfig, planner: Planner) -> int:
     asked = [value for block in blocks for value in block.get("task.periods", ())]
     periods = [int(value.partition("=")[2]) for value in asked]
     if not all("task.periods" in block for block in blocks):
-        periods.append(int(plain(config, "task")["periods"]))
+        periods.append(int(plain(planner.composer.config([]), "task")["periods"]))
     return max(periods)
 
 
@@ -143,9 +147,10 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
         constraints = constraints_of(node.get("constraints"))
     except ConfigError as error:
         raise ConfigError(f"study {name}, {error}") from error
-    of_points = [override for override in overrides if not is_sweep_setting(override)]
+    of_points = planner.composer.of_points([f"study={name}", *overrides])
     for block, sweeps in blocks.items():
         try:
+            _refuse_settings(sweeps)
             grids.add(expand([*as_overrides(sweeps), *of_points], planner.composer.parser), constraints)
         except ConfigError as error:
             raise ConfigError(f"study {name}, block {block}: {error}") from error
@@ -154,6 +159,17 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
         left_out = f" and its constraints drop all {plan.combinations} combinations" if plan.combinations else ""
         raise ConfigError(f"study {name}: no design points; its blocks are {', '.join(blocks) or 'none'}{left_out}")
     return plan
+
+
+def _refuse_settings(sweeps: Mapping[str, Any]) -> None:
+    """Refuse settings in a block: they apply to all points.
+
+    Raises:
+        ConfigError: a key is that of a setting.
+    """
+    for key, value in sweeps.items():
+        if is_setting(f"{key}="):
+            raise ConfigError.at(key, value, "a setting applies to the whole sweep; give it on the command line")
 
 
 def _included(name: str, included: Any, overrides: Sequence[str], planner: Planner) -> list[Study]:
@@ -176,8 +192,7 @@ def plan_overrides(overrides: Sequence[str], planner: Planner) -> Plan:
         ConfigError: an override cannot be parsed, or a value is not allowed.
     """
     grids = _Grids("", planner)
-    of_points = [override for override in overrides if not is_sweep_setting(override)]
-    grids.add(expand(of_points, planner.composer.parser), {})
+    grids.add(expand(planner.composer.of_points(overrides), planner.composer.parser), {})
     return grids.plan()
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
+from rl_design_space._paths import expanded
 from rl_design_space._secrets import has_secret
 
 SQLITE = "sqlite:///"
@@ -41,7 +42,7 @@ def is_server(uri: str) -> bool:
 
 
 def checked_uri(uri: str) -> str:
-    """Return a URI if it may be that of a tracking store.
+    """Return a URI, with the home folder in place of `~`, if it may be that of a tracking store.
 
     Raises:
         ValueError: it is none, or holds a password or token, which would be recorded.
@@ -54,7 +55,7 @@ def checked_uri(uri: str) -> str:
         raise ValueError("should name a host, as in http://HOST:5000")
     if _CONTROL.search(uri) or (sqlite_path(uri) is None and re.search(r"\s", uri)):
         raise ValueError("should not hold spaces or control characters")
-    return uri
+    return f"{SQLITE}{expanded(uri.removeprefix(SQLITE))}" if uri.startswith(SQLITE) else uri
 
 
 def sqlite_path(uri: str) -> Path | None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
 from pydantic import AfterValidator, Field, Strict
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._paths import expanded
 from rl_design_space._strict import STRICT
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
@@ -69,7 +70,7 @@ class MlflowTracking:
     uri: Annotated[str, AfterValidator(checked_uri)]
     experiment: Annotated[str, Field(min_length=1)] = "design points"
     sweeps: Annotated[str, Field(min_length=1)] = "sweeps"
-    spool: Annotated[str, Field(min_length=1)] = "outputs/spool"
+    spool: Annotated[str, Field(min_length=1), AfterValidator(expanded)] = "outputs/spool"
     patience: Annotated[float, Field(gt=0)] = 30.0
     curves: Annotated[tuple[Annotated[str, AfterValidator(_known_curve)], ...], Strict(False)] = ()
     every: Annotated[int, Field(ge=1)] = 1
