@@ -11,7 +11,13 @@ import pytest
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.plan.planner import Planner
 from rl_design_space.tracking.connection import connect
-from tests.servers import _shared_mlflow_server, auth_server, mlflow_server, postgres  # noqa: F401  (fixtures)
+from tests.servers import (  # noqa: F401  (fixtures)
+    _shared_mlflow_server,
+    auth_server,
+    idle_mlflow_server,
+    mlflow_server,
+    postgres,
+)
 from tests.tracking.stores import import_mlflow
 
 
