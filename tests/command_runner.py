@@ -128,7 +128,7 @@ def completed(folder: Path, *words: str, cold: bool = False, **variables: str) -
     ours = program.startswith("rl-")
     full = [str(SCRIPTS / program) if ours else program, *arguments]
     variables = environment(folder, **variables)
-    workers = any(word.startswith("hydra/launcher=") for word in arguments)
+    workers = any(word.startswith("hydra/launcher=") and not word.endswith("=basic") for word in arguments)
     if ours and not cold and not workers:
         return warm().run(full, cwd=folder, env=variables, timeout=PATIENCE)
     return subprocess.run(full, cwd=folder, env=variables, capture_output=True, text=True, timeout=PATIENCE)

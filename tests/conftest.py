@@ -37,6 +37,45 @@ def empty_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return database
 
 
+#: Files that take longest, the longest first. Workers begin with them, so that all end at about the same time.
+LONGEST = (
+    "tracking/test_server_faults.py",
+    "report/test_page.py",
+    "tracking/test_faults.py",
+    "run/clusters/test_clusters.py",
+    "test_documented_commands.py",
+    "hydra/test_other_plugins.py",
+    "run/test_kills.py",
+    "test_documented_servers.py",
+    "test_own_components.py",
+    "commands/test_ui.py",
+    "commands/test_cli.py",
+    "commands/test_sweep.py",
+    "benchmarks/test_tracking.py",
+    "benchmarks/test_browse.py",
+    "benchmarks/test_race.py",
+    "test_servers.py",
+    "test_new_option.py",
+    "test_documented_configs.py",
+    "test_components_page.py",
+    "learning/test_compiled.py",
+    "commands/test_new.py",
+)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep the order of files, which pytest-xdist would change into that of their numbers of tests."""
+    if hasattr(config.option, "loadscopereorder"):
+        config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the longest files first."""
+    tests = Path(__file__).parent
+    ranks = {tests / name: rank for rank, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: ranks.get(item.path, len(LONGEST)))
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """A test may skip where a service is missing on somebody's machine; in CI a skip is a failure."""

@@ -61,36 +61,42 @@ def check(client: MlflowClient, run: str) -> None:
     assert Path(client.download_artifacts(run, "config.yaml")).read_text(encoding="utf-8") == "task: {}\n"
 
 
+@pytest.fixture(scope="module")
+def kept() -> dict[str, str]:
+    """Runs that a test wrote for the next, by the URI of their server."""
+    return {}
+
+
 @needs_postgres
-def test_a_run_is_kept_when_the_server_is_stopped_or_killed(mlflow_server: MlflowServer, client_of):
+def test_a_run_is_in_postgresql_and_a_killed_server_refuses(
+    mlflow_server: MlflowServer, client_of, kept: dict[str, str]
+):
+    import psycopg
     from mlflow.exceptions import MlflowException
 
     client = client_of(mlflow_server)
-    run = written(client, "kept")
+    run = kept[mlflow_server.uri] = written(client, "kept")
     check(client, run)
-    mlflow_server.stop()
-    with pytest.raises(MlflowException, match="refused"):
-        client.get_run(run)
-    mlflow_server.start()
-    check(client, run)
+    with closing(psycopg.connect(mlflow_server.environment["MLFLOW_BACKEND_STORE_URI"])) as connection:
+        query = "select count(*) from metrics where run_uuid = %s"
+        assert connection.execute(query, [run]).fetchone() == (5,)
     mlflow_server.kill()
     with pytest.raises(MlflowException, match="refused"):
         client.get_run(run)
 
 
 @needs_postgres
-def test_a_stopped_server_is_there_again_for_the_next_test(mlflow_server: MlflowServer, client_of):
-    check(client_of(mlflow_server), written(client_of(mlflow_server), "next"))
+def test_a_server_is_there_again_for_the_next_test_and_keeps_its_runs(
+    mlflow_server: MlflowServer, client_of, kept: dict[str, str]
+):
+    from mlflow.exceptions import MlflowException
 
-
-@needs_postgres
-def test_runs_are_in_postgresql(postgres: Postgres, mlflow_server: MlflowServer, client_of):
-    import psycopg
-
-    run = written(client_of(mlflow_server), "in postgresql")
-    with closing(psycopg.connect(mlflow_server.environment["MLFLOW_BACKEND_STORE_URI"])) as connection:
-        query = "select count(*) from metrics where run_uuid = %s"
-        assert connection.execute(query, [run]).fetchone() == (5,)
+    client = client_of(mlflow_server)
+    for run in kept.values():
+        check(client, run)
+    mlflow_server.stop()
+    with pytest.raises(MlflowException, match="refused"):
+        client.search_experiments()
 
 
 @needs_postgres
