@@ -54,7 +54,6 @@ LONGEST = (
     "benchmarks/test_tracking.py",
     "benchmarks/test_browse.py",
     "benchmarks/test_race.py",
-    "test_servers.py",
     "test_new_option.py",
     "test_documented_configs.py",
     "test_components_page.py",

@@ -6,6 +6,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from threading import Thread
 from time import sleep
@@ -102,11 +103,13 @@ def test_results_stay_pending_while_a_server_is_down(idle_mlflow_server: MlflowS
 def test_a_server_that_is_killed_and_restarted_gets_every_point_once(
     mlflow_server: MlflowServer, command, tmp_path: Path
 ):
+    import psycopg
+
     recorded = Recorded(mlflow_server.uri, "killed")
     struck = []
 
     def strike() -> None:
-        wait_until(lambda: 2 <= len(recorded.runs()) < POINTS)
+        wait_until(lambda: 2 <= len(recorded.runs()) < POINTS, pause=0.1)
         struck.append(len(recorded.runs()))
         mlflow_server.kill()
         sleep(1)
@@ -125,6 +128,9 @@ def test_a_server_that_is_killed_and_restarted_gets_every_point_once(
     sweeps = Recorded(mlflow_server.uri, "killed s")
     assert {run.info.status for run in sweeps.runs()} == {"FINISHED"}
     assert pending(tmp_path) == 0
+    with closing(psycopg.connect(mlflow_server.environment["MLFLOW_BACKEND_STORE_URI"])) as connection:
+        query = "select count(*) from runs join experiments using (experiment_id) where experiments.name = 'killed'"
+        assert connection.execute(query).fetchone() == (len(runs),)
     # Nothing is left to do, and what is recorded can be repeated.
     assert f"0 learned now, {POINTS} before" in command(*sweep).stdout
     recorded.check(POINTS)

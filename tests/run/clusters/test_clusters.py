@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.command_runner import Command, commands_in, finished, runs, started, wait_until
+from tests.tracking.stores import copy_database
 
 LAUNCHERS = ("design_dask", "design_ray")
 SWEEP = ("-m", "task.periods=3", "task.trials=5", "representation=ad_hoc,direction", "world.size=4,5,6", "threads=2")
@@ -53,6 +54,8 @@ def folder(launcher: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def command(folder: Path, empty_database: Path) -> Command:
+    for outputs in ("there", "interrupted"):
+        copy_database(empty_database, folder / "out" / outputs / "mlflow.db")
     return commands_with_own_module(folder, empty_database)
 
 
@@ -103,6 +106,7 @@ def test_an_interruption_ends_all_workers(launcher: str, command: Command, folde
     (folder / "out" / "worker").unlink(missing_ok=True)
     with started(folder, *ROUGH, f"hydra/launcher={launcher}", "outputs=out/interrupted") as process:
         wait_until((folder / "out" / "worker").exists, process)
+        wait_until(lambda: runs(folder, "sweeps", "out/interrupted") == [("sweep", "RUNNING")], process, pause=0.05)
         process.send_signal(signal.SIGINT)
         done = finished(process)
     assert done.returncode == 130, done
