@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
+from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import as_tracking_error, deleted_experiment, missing_experiment
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG, studies_of
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, STUDY_TAG, studies_of
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
@@ -74,10 +75,10 @@ class DatabaseQueries:
             for run_id, (key, uri) in found.items()
         }
 
-    def running(self, spool: str) -> list[str]:
-        """Return the keys of the RUNNING runs that a spool has begun: fingerprints of points and ids of sweeps."""
+    def running(self) -> list[RunningRun]:
+        """Return the RUNNING runs of points and sweeps."""
         with self._reading() as rows:
-            return rows.running(spool)
+            return [RunningRun.of(tags) for tags in _by_run(rows.running()).values()]
 
     @contextmanager
     def _reading(self) -> Iterator[_Rows]:
@@ -152,15 +153,14 @@ class _Rows:
         condition = "and substr(v.key, 1, :length) = :prefix"
         return self._values("tags", run_ids, condition, prefix=prefix, length=len(prefix))
 
-    def running(self, spool: str) -> list[str]:
-        """Return the fingerprints and sweep ids of RUNNING runs that a spool has begun, in any experiment."""
-        query = f"""
-            select key.value from runs r join tags t on t.run_uuid = r.run_uuid
-            join tags key on key.run_uuid = r.run_uuid and key.key in ('{FINGERPRINT_TAG}', '{SWEEP_TAG}')
-            where r.status = 'RUNNING' and r.lifecycle_stage = 'active'
-            and t.key = '{SPOOL_TAG}' and t.value = :spool
+    def running(self) -> Iterable[tuple[str, str, str]]:
+        """Return (run id, name, value) of the tags of RUNNING runs of points and sweeps."""
+        query = """
+            select r.run_uuid, t.key, t.value from runs r join tags t on t.run_uuid = r.run_uuid
+            join experiments e on e.experiment_id = r.experiment_id
+            where r.status = 'RUNNING' and r.lifecycle_stage = 'active' and e.name in (:experiment, :sweeps)
         """
-        return [key for (key,) in self._select(query, spool=spool)]
+        return self._select(query, sweeps=self._address.sweeps)
 
     def counts(self) -> dict[tuple[str, str], int]:
         """Return numbers of runs by lifecycle stage (active, deleted) and status."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
@@ -14,9 +15,10 @@ from rl_design_space.tracking.background import BackgroundDelivery, background_d
 from rl_design_space.tracking.locks import locks_at, locks_path
 from rl_design_space.tracking.origin import origin_tags
 from rl_design_space.tracking.queries import queries_of
+from rl_design_space.tracking.record_schema import checked
 from rl_design_space.tracking.spool import CLOSE, OPEN, STUDIES, TIDY, CorruptedRecordError, Record, Spool, point_name
 from rl_design_space.tracking.store_errors import StoreUnavailableError
-from rl_design_space.tracking.tags import studies_of, study_tags
+from rl_design_space.tracking.tags import NOTE_TAG, studies_of, study_tags
 from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding, SweepRecord
 from rl_design_space.tracking.views import points_tags, sweeps_tags
 
@@ -144,19 +146,10 @@ class MlflowTracker:
         return DeliveryStatus(status.pending, status.reason, lost)
 
     def _close_stale_runs(self) -> None:
-        """Have the runs of dead processes closed, if there are any: RUNNING, but neither pending nor locked."""
-        for key in self._running():
-            is_pending = self._spool.has(point_name(key)) or self._spool.has(Record(CLOSE, key, {}).name)
-            if not is_pending and self._locks.acquire(key):
-                self._locks.release(key)
+        """Have the runs of dead processes closed, if there are any."""
+        with suppress(StoreUnavailableError):
+            if any(run.is_stale(self._spool, self._locks) for run in self._queries.running()):
                 self._submit(Record(TIDY, uuid4().hex, {}))
-                return
-
-    def _running(self) -> list[str]:
-        try:
-            return self._queries.running(self._spool.identity)
-        except StoreUnavailableError:
-            return []
 
     def _pending(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the points with a pending record; a corrupted record is quarantined, so that its point runs again."""
@@ -166,7 +159,7 @@ class MlflowTracker:
             if not self._spool.has(name):
                 continue
             try:
-                content = self._spool.read(name).content
+                content = checked(self._spool.read(name)).content
             except FileNotFoundError:
                 continue
             except CorruptedRecordError as error:
@@ -217,7 +210,7 @@ class _Sweep:
         self._content: dict[str, Any] = {
             "name": plan.name,
             "started": int(time.time() * 1000),
-            "tags": {**study_tags(plan.studies), **tracker._origin, "mlflow.note.content": note},
+            "tags": {**study_tags(plan.studies), **tracker._origin, NOTE_TAG: note},
         }
         started = self._content["started"]
         views = {"views": points_tags(plan, started), "sweep_views": sweeps_tags(started)}

@@ -13,10 +13,11 @@ from pathlib import Path
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import sqlite_path
 from rl_design_space.tracking.backends import MlflowTracking
-from rl_design_space.tracking.connection import analyze, configure_mlflow
 from rl_design_space.tracking.found_run import RunCounts
+from rl_design_space.tracking.mlflow_client import configure_mlflow
 from rl_design_space.tracking.queries import queries_of
 from rl_design_space.tracking.spool import Spool, is_point
+from rl_design_space.tracking.sqlite_file import analyze
 from rl_design_space.tracking.store_errors import first_line, is_transient
 
 #: Seconds to wait for other processes that write to the database.
