@@ -7,7 +7,6 @@ the UI asks for. The first time after the server's start is cold, the second war
 from __future__ import annotations
 
 import json
-import shutil
 import sqlite3
 import sys
 import time
@@ -37,12 +36,7 @@ _TABLES = ("params", "tags", "latest_metrics", "metrics")
 
 
 def measure(
-    rounds: int,
-    report: Callable[[str], None] = print,
-    *,
-    runs: int = 10_000,
-    learned: int = 4,
-    source: Path | None = None,
+    rounds: int, report: Callable[[str], None] = print, *, runs: int = 10_000, learned: int = 4
 ) -> pd.DataFrame:
     """Fill a database, and start a server every round.
 
@@ -51,15 +45,12 @@ def measure(
         report: takes a line about the progress.
         runs: in the database.
         learned: runs that are learned and recorded; all others are copies of their rows.
-        source: an empty database to fill a copy of; by default one is created.
 
     Returns:
         One row a request and round: request, state (cold or warm), round, seconds.
     """
     rows = []
     with TemporaryDirectory() as folder:
-        if source is not None:
-            shutil.copy(source, Path(folder) / "mlflow.db")
         database, experiment = _filled(Path(folder), runs, learned)
         report(f"browse: {runs:,} runs, {database.stat().st_size / 2**20:,.0f} MiB")
         for round_ in range(rounds):

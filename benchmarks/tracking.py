@@ -10,7 +10,6 @@ which are learned in a tenth of the time.
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -52,7 +51,6 @@ def measure(
     works: Mapping[str, Work] = WORK,
     cores: int | None = None,
     naive_points: int = 10,
-    database: Path | None = None,
 ) -> pd.DataFrame:
     """Record in both ways, and learn with and without a tracker, in turns.
 
@@ -62,7 +60,6 @@ def measure(
         works: what is learned, by name.
         cores: that may learn; by default all.
         naive_points: points that the naive way records in a round.
-        database: an empty one that is copied for everything that records; by default each creates its own.
 
     Returns:
         One row a case and round: case, round, cpu_ms a point, and of ours slowed: seconds a move over those without,
@@ -74,9 +71,9 @@ def measure(
         for name, work in works.items():
             for threads in sorted({max(all_threads - 1, 1), all_threads}):
                 case = {"case": f"{OURS}, {name}, {threads} of {all_threads} cores learn", "round": round_}
-                rows.append(case | _costs(work, threads, database, without_first=bool(round_ % 2)))
+                rows.append(case | _costs(work, threads, without_first=bool(round_ % 2)))
                 report(f"tracking: round {round_ + 1} of {rounds}, {case['case']}")
-        rows.append({"case": NAIVE, "round": round_, "cpu_ms": 1e3 * _naive(naive_points, database)})
+        rows.append({"case": NAIVE, "round": round_, "cpu_ms": 1e3 * _naive(naive_points)})
     return pd.DataFrame(rows)
 
 
@@ -107,11 +104,11 @@ def text_of(frame: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _costs(work: Work, threads: int, database: Path | None, *, without_first: bool) -> dict[str, float]:
+def _costs(work: Work, threads: int, *, without_first: bool) -> dict[str, float]:
     """What is measured in a round; either of the sweeps that are compared comes first in half of the rounds."""
-    few = _sweep(work, work.few, threads, database)
+    few = _sweep(work, work.few, threads)
     trackings = ("tracking=none", "tracking=sqlite") if without_first else ("tracking=sqlite", "tracking=none")
-    many = {tracking: _sweep(work, work.many, threads, database, tracking) for tracking in trackings}
+    many = {tracking: _sweep(work, work.many, threads, tracking) for tracking in trackings}
     with_, without = many["tracking=sqlite"], many["tracking=none"]
     return {
         "cpu_ms": 1e3 * (with_["tracker_cpu"] - few["tracker_cpu"]) / ((work.many - work.few) * work.points),
@@ -120,23 +117,16 @@ def _costs(work: Work, threads: int, database: Path | None, *, without_first: bo
     }
 
 
-def _sweep(work: Work, seeds: int, threads: int, database: Path | None, *more: str) -> dict[str, float]:
+def _sweep(work: Work, seeds: int, threads: int, *more: str) -> dict[str, float]:
     with TemporaryDirectory() as folder:
-        _provide(database, folder)
         sweep = ["-m", *work.overrides, f"seed=range(0,{seeds})", f"threads={threads}", f"outputs={folder}", *more]
         ended = run([sys.executable, "-m", "benchmarks.tracked", *sweep])
         figures: dict[str, float] = json.loads(ended.stderr.splitlines()[-1])
         return figures
 
 
-def _naive(points: int, database: Path | None) -> float:
+def _naive(points: int) -> float:
     """Return the CPU seconds a point."""
     with TemporaryDirectory() as folder:
-        _provide(database, folder)
         ended = run([sys.executable, "-m", "benchmarks.naive", str(Path(folder) / "mlflow.db"), str(points)])
         return float(json.loads(ended.stdout.splitlines()[-1])["cpu"]) / points
-
-
-def _provide(database: Path | None, folder: str) -> None:
-    if database is not None:
-        shutil.copy(database, Path(folder) / "mlflow.db")

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from benchmarks import browse
-from tests.tracking.stores import copy_database
 
 
-def test_everything_is_asked_for_twice(empty_database: Path, tmp_path: Path):
-    copy_database(empty_database, tmp_path / "mlflow.db")
+def test_everything_is_asked_for_twice():
     said: list[str] = []
-    calls = browse.measure(rounds=1, report=said.append, runs=9, learned=2, source=tmp_path / "mlflow.db")
+    calls = browse.measure(rounds=1, report=said.append, runs=9, learned=2)
     assert said[0].startswith("browse: 9 runs, ")
     assert (calls["seconds"] > 0).all()
     rows = browse.summary(calls).set_index("request")
