@@ -36,6 +36,8 @@ LIBRARIES = (
 )
 #: Variables of the server: they keep its imports from starting threads, which do not survive a fork.
 _QUIET = {"MLFLOW_DISABLE_TELEMETRY": "true", "OPENBLAS_NUM_THREADS": "1"}
+#: Seconds that the server may take to make its imports, and to fork.
+_START = 240
 
 
 class Warm:
@@ -49,7 +51,7 @@ class Warm:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env={**inherited, **_QUIET},
-            text=True,
+            bufsize=0,  # a line that has been read ahead could not be waited for
             start_new_session=True,
         )
 
@@ -64,15 +66,16 @@ class Warm:
         with self._lock, tempfile.TemporaryDirectory() as folder:
             out, err = Path(folder) / "out", Path(folder) / "err"
             request = {"command": command, "cwd": str(cwd), "env": dict(env), "out": str(out), "err": str(err)}
-            self._ask(request)
-            process = int(self._answer(timeout) or 0)
-            status = self._answer(timeout)
-            if status is None:
+            self._stream("stdin").write(f"{json.dumps(request)}\n".encode())
+            process = self._answer(_START)
+            try:
+                status = self._answer(timeout)
+            except BaseException:  # also what ends a test that takes too long
                 os.kill(process, signal.SIGKILL)
                 self._answer(timeout)
-                raise subprocess.TimeoutExpired(command, timeout)
+                raise
             return subprocess.CompletedProcess(
-                command, int(status), out.read_text(encoding="utf-8"), err.read_text(encoding="utf-8")
+                command, status, out.read_text(encoding="utf-8"), err.read_text(encoding="utf-8")
             )
 
     def close(self) -> None:
@@ -82,22 +85,18 @@ class Warm:
         self._server.wait(timeout=30)
         self._stream("stdout").close()
 
-    def _ask(self, request: dict[str, Any]) -> None:
-        self._stream("stdin").write(json.dumps(request) + "\n")
-        self._stream("stdin").flush()
-
-    def _answer(self, timeout: float) -> str | None:
-        """Return the next line of the server, or None if it takes too long. It writes one only after a question."""
+    def _answer(self, timeout: float) -> int:
+        """Return the next number that the server writes, which it does only after a request."""
         stream = self._stream("stdout")
         if not select([stream], [], [], timeout)[0]:
-            return None
+            raise subprocess.TimeoutExpired(self._server.args, timeout)
         line = stream.readline()
         if not line:
             raise RuntimeError("the server of warm commands has ended")
-        return line
+        return int(line)
 
-    def _stream(self, name: str) -> IO[str]:
-        stream: IO[str] = getattr(self._server, name)
+    def _stream(self, name: str) -> IO[bytes]:
+        stream: IO[bytes] = getattr(self._server, name)
         return stream
 
 
