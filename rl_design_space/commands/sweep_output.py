@@ -63,3 +63,5 @@ def show_pending(outcome: Outcome, location: str) -> None:
     """Print how many records are pending, if any."""
     if outcome.delivery.pending:
         console.print(pending_line(outcome.delivery, location), markup=False, soft_wrap=True)
+    if outcome.delivery.note:
+        console.print(outcome.delivery.note, markup=False, soft_wrap=True)

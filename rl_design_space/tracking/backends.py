@@ -90,8 +90,10 @@ class MlflowTracking:
         return StoreAddress(absolute(self.uri), self.experiment, self.sweeps)
 
     def open(self, command: str = "rl-design-space", delivery: BackgroundDelivery | None = None) -> Tracker:
+        from rl_design_space.tracking.mlflow_client import configure_mlflow
         from rl_design_space.tracking.mlflow_tracker import MlflowTracker
 
+        configure_mlflow(self.patience)
         return MlflowTracker(
             self.address,
             Path(self.spool),

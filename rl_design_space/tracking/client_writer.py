@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,10 +13,9 @@ from rl_design_space.tracking import values
 from rl_design_space.tracking.artifacts import artifacts_folder, experiment_artifacts
 from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.locks import PointLocks
-from rl_design_space.tracking.queries import queries_of
-from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool, key_of
+from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
-from rl_design_space.tracking.store_errors import deleted_experiment
+from rl_design_space.tracking.store_errors import DeletedExperimentError, StoreUnavailableError, deleted_experiment
 from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, NOTE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 
 if TYPE_CHECKING:
@@ -46,8 +46,9 @@ class ClientWriter:
         self._locks = locks
         self._address = spool.address
         self._identity, self._identities = spool.identity, spool.identities
-        #: Names of records that the store may have, completely or in part.
-        self._maybe_stored = self._found_in_store()
+        #: Names of records that the store may have, completely or in part: another process may have delivered those of
+        #: the past, from this spool or another one.
+        self._maybe_stored = set(spool.pending())
         self._writers: Mapping[str, Callable[[Record, bool], None]] = {
             OPEN: self._open_sweep,
             POINT: self._record_point,
@@ -66,7 +67,7 @@ class ClientWriter:
 
     def close_stale_runs(self) -> None:
         """Mark as KILLED the RUNNING runs that no process will finish."""
-        for run in self._client.search_runs([self._points, self._sweeps], "attributes.status = 'RUNNING'"):
+        for run in self._client.search_runs(self._usable, "attributes.status = 'RUNNING'"):
             self._kill_if_stale(run.info.run_id, RunningRun.of(run.data.tags))
 
     def close(self) -> None:
@@ -76,15 +77,6 @@ class ClientWriter:
         if run.is_stale(self._spool, self._locks):
             self._client.set_tag(run_id, INCOMPLETE_TAG, DEAD)
             self._client.set_terminated(run_id, "KILLED")
-
-    def _found_in_store(self) -> set[str]:
-        """Return the pending records of which the store has a run, complete or begun by this spool."""
-        names = {key_of(name): name for name in self._spool.pending()}
-        queries = queries_of(self._address)
-        running = {
-            key for run in queries.running() if run.spool in self._identities for key in (run.fingerprint, run.sweep)
-        }
-        return {name for key, name in names.items() if key in {*queries.finished(list(names)), *running}}
 
     def _record_point(self, record: Record, maybe_stored: bool) -> None:
         content = record.content
@@ -132,8 +124,18 @@ class ClientWriter:
     def _sweeps(self) -> str:
         return self._experiment("sweeps", self._address.sweeps)
 
+    @property
+    def _usable(self) -> list[str]:
+        """Ids of those of both experiments that were not deleted."""
+        found = []
+        for name in ("_points", "_sweeps"):
+            with suppress(DeletedExperimentError):
+                found.append(getattr(self, name))
+        return found
+
     def _experiment(self, key: str, name: str) -> str:
-        return experiment_id(self._client, key, name, artifacts_folder(self._address, self._spool.folder.parent))
+        folder = artifacts_folder(self._address, self._spool.folder.parent)
+        return experiment_id(self._client, self._address.uri, key, name, folder)
 
     def _create(self, experiment: str, content: Mapping[str, Any], tags: Mapping[str, str]) -> str:
         run = self._client.create_run(
@@ -172,19 +174,28 @@ class ClientWriter:
             self._client.log_batch(run_id, metrics=points[first : first + _BATCH])
 
     def _log_artifacts(self, run_id: str, artifacts: Mapping[str, bytes]) -> None:
+        """Upload files.
+
+        Raises:
+            StoreUnavailableError: the store has answered that it has them, and has not.
+        """
         if not artifacts:
             return
         with TemporaryDirectory() as folder:
             for name, content in artifacts.items():
                 (Path(folder) / name).write_bytes(content)
             self._client.log_artifacts(run_id, folder)
+        stored = {file.path: file.file_size for file in self._client.list_artifacts(run_id)}
+        if lacking := [name for name, content in artifacts.items() if stored.get(name) != len(content)]:
+            raise StoreUnavailableError(f"{self._address.uri}: was sent {', '.join(lacking)}, and does not have it")
 
 
-def experiment_id(client: MlflowClient, key: str, name: str, artifacts: Path | None) -> str:
+def experiment_id(client: MlflowClient, uri: str, key: str, name: str, artifacts: Path | None) -> str:
     """Return the id of an experiment, which is created if missing.
 
     Args:
         client: of the store.
+        uri: of the store.
         key: the setting that names the experiment.
         name: of the experiment.
         artifacts: folder for its artifacts if it is created; None leaves that to the store.
@@ -196,7 +207,7 @@ def experiment_id(client: MlflowClient, key: str, name: str, artifacts: Path | N
 
     if known := client.get_experiment_by_name(name):
         if known.lifecycle_stage == "deleted":
-            raise deleted_experiment(key, name)
+            raise deleted_experiment(key, name, uri, known.experiment_id)
         return str(known.experiment_id)
     place = experiment_artifacts(artifacts, name) if artifacts else None
     try:

@@ -61,6 +61,30 @@ class DatabaseQueries:
         with self._reading() as rows:
             return RunCounts.of(rows.counts())
 
+    def check(self) -> str:
+        """Check that results can be recorded; return a note if they are not written directly."""
+        with self._reading() as rows:
+            rows.check_experiment("sweeps", self._address.sweeps)
+            revision = rows.revision()
+        if not revision:
+            return ""
+        from rl_design_space.tracking import database_tables
+
+        if revision in database_tables.REVISIONS:
+            return ""
+        from rl_design_space.tracking.connection import connect
+
+        connect(self._address.uri)  # MLflow knows which schemas it can use
+        return (
+            f"{self._address.uri}: its schema {revision} is not one that this version is tested with, so results are "
+            "recorded by MLflow's client, which takes longer; a later version of rl-design-space may know it"
+        )
+
+    def recorded(self, fingerprints: Collection[str]) -> set[str]:
+        """Return those of these points that have a complete run."""
+        with self._reading() as rows:
+            return {fingerprint for _, fingerprint, _ in rows.finished(None)} & set(fingerprints)
+
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
         few = list(fingerprints) if len(fingerprints) <= _FEW else None
@@ -96,7 +120,7 @@ class DatabaseQueries:
                 # Another process may be creating them right now.
                 has_tables = set(sqlalchemy.inspect(connection).get_table_names()) >= _TABLES
             rows = _Rows(connection if has_tables else None, self._address)
-            rows.check_experiment()
+            rows.check_experiment("experiment", self._address.experiment)
             yield rows
 
 
@@ -112,15 +136,23 @@ class _Rows:
         self._connection = connection
         self._address = address
 
-    def check_experiment(self) -> None:
-        """Check that the experiment was not deleted.
+    def check_experiment(self, key: str, name: str) -> None:
+        """Check that an experiment was not deleted.
+
+        Args:
+            key: the setting that names it.
+            name: of the experiment.
 
         Raises:
             ConfigError: it was.
         """
-        stages = self._select("select lifecycle_stage from experiments e where e.name = :experiment")
-        if ("deleted",) in stages:
-            raise deleted_experiment("experiment", self._address.experiment)
+        wanted = "select experiment_id from experiments where name = :name and lifecycle_stage = 'deleted'"
+        for (experiment,) in self._select(wanted, name=name):
+            raise deleted_experiment(key, name, self._address.uri, experiment)
+
+    def revision(self) -> str:
+        """Return the revision of the schema; empty if there are no tables."""
+        return next((version for (version,) in self._select("select version_num from alembic_version")), "")
 
     def experiment_id(self) -> str | None:
         """Return the id of the experiment, if there is one."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import URL, Connection, Engine, NullPool, create_engine, event, func, inspect, select, text
 
+from rl_design_space.tracking import database_tables
 from rl_design_space.tracking.address import sqlite_path
-from rl_design_space.tracking.database_tables import REVISIONS
 from rl_design_space.tracking.mlflow_client import checked_client
 from rl_design_space.tracking.sqlite_file import opened_sqlite
 from rl_design_space.tracking.store_errors import as_tracking_error
@@ -79,4 +79,4 @@ def _of_known_schema(engine: Engine) -> Engine | None:
     with engine.connect() as connection:
         has_versions = inspect(connection).has_table("alembic_version")
         revisions = connection.scalars(text("select version_num from alembic_version")).all() if has_versions else []
-    return engine if set(revisions) & REVISIONS else None
+    return engine if set(revisions) & database_tables.REVISIONS else None

@@ -101,7 +101,7 @@ class DatabaseRuns:
             self._connection.execute(insert(EXPERIMENTS).values(row))
             found = self._connection.execute(wanted).one()
         if found.lifecycle_stage == "deleted":
-            raise deleted_experiment(key, name)
+            raise deleted_experiment(key, name, str(self._connection.engine.url), found.experiment_id)
         return Experiment(found.experiment_id, found.artifact_location)
 
     def set_experiment_tags(self, experiment: Experiment, tags: Mapping[str, str]) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +20,7 @@ from rl_design_space.tracking.database_runs import DatabaseRuns, Experiment, New
 from rl_design_space.tracking.locks import PointLocks, lock_number
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
-from rl_design_space.tracking.store_errors import StoreUnavailableError
+from rl_design_space.tracking.store_errors import DeletedExperimentError, StoreUnavailableError
 from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, NOTE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 
 if TYPE_CHECKING:
@@ -51,11 +52,10 @@ class DatabaseWriter:
         """Create the experiments if missing; return whether the artifacts of both are files of this machine.
 
         Raises:
-            ConfigError: an experiment was deleted.
             Exception: of the database.
         """
         with self._transaction(["experiments"]) as batch:
-            return is_local(batch.points.artifacts) and is_local(batch.sweeps.artifacts)
+            return all(is_local(experiment.artifacts) for experiment in batch.usable)
 
     def write(self, records: Sequence[Record]) -> None:
         """Write records in this order, all or none."""
@@ -110,22 +110,32 @@ class DatabaseWriter:
 
 
 class _Batch:
-    """What records of each kind do in a transaction.
-
-    Attributes:
-        points: the experiment of the design points.
-        sweeps: the experiment of the sweeps.
-    """
+    """What records of each kind do in a transaction."""
 
     def __init__(self, runs: DatabaseRuns, spool: Spool, locks: PointLocks) -> None:
         self._runs = runs
         self._spool = spool
         self._locks = locks
-        address = spool.address
-        folder = artifacts_folder(address, spool.folder.parent)
-        assert folder  # of a database
-        self.points: Experiment = runs.experiment("experiment", address.experiment, folder)
-        self.sweeps: Experiment = runs.experiment("sweeps", address.sweeps, folder)
+        self._address = spool.address
+
+    @cached_property
+    def points(self) -> Experiment:
+        """The experiment of the design points."""
+        return self._experiment("experiment", self._address.experiment)
+
+    @cached_property
+    def sweeps(self) -> Experiment:
+        """The experiment of the sweeps."""
+        return self._experiment("sweeps", self._address.sweeps)
+
+    @property
+    def usable(self) -> list[Experiment]:
+        """Those of both experiments that were not deleted."""
+        found = []
+        for name in ("points", "sweeps"):
+            with suppress(DeletedExperimentError):
+                found.append(getattr(self, name))
+        return found
 
     def add_points(self, new: Mapping[str, NewRun]) -> None:
         """Add the runs of points, by fingerprint; a point that is there gets the tags of its studies."""
@@ -160,13 +170,18 @@ class _Batch:
 
     def close_stale_runs(self) -> None:
         """Mark as KILLED the RUNNING runs that no process will finish."""
-        for run_id, tags in self._runs.running([self.points, self.sweeps]).items():
+        for run_id, tags in self._runs.running(self.usable).items():
             self._kill_if_stale(run_id, RunningRun.of(tags))
 
     def _kill_if_stale(self, run_id: str, run: RunningRun) -> None:
         if run.is_stale(self._spool, self._locks):
             self._runs.set_tags(run_id, {INCOMPLETE_TAG: DEAD})
             self._runs.end(run_id, "KILLED", _now())
+
+    def _experiment(self, key: str, name: str) -> Experiment:
+        folder = artifacts_folder(self._address, self._spool.folder.parent)
+        assert folder  # of a database
+        return self._runs.experiment(key, name, folder)
 
     def _sweep_run(self, record: Record) -> str:
         """Return the id of the summary run of a sweep, which is added if missing."""

@@ -13,8 +13,14 @@ from filelock import Timeout
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.locks import locks_at, locks_path
 from rl_design_space.tracking.record_schema import checked
-from rl_design_space.tracking.spool import CorruptedRecordError, Record, Spool, is_summary
-from rl_design_space.tracking.store_errors import StoreUnavailableError, access_error, first_line, is_transient
+from rl_design_space.tracking.spool import REFUSED, CorruptedRecordError, Record, Spool, is_summary
+from rl_design_space.tracking.store_errors import (
+    DeletedExperimentError,
+    StoreUnavailableError,
+    access_error,
+    first_line,
+    is_transient,
+)
 from rl_design_space.tracking.store_writer import StoreWriter, open_writer
 
 #: Seconds between two looks into an empty spool, and the longest pause between two attempts.
@@ -47,6 +53,8 @@ class Delivery:
         #: Numbers of failures of each record; how often the store has refused it.
         self._failures: Counter[str] = Counter()
         self._refusals: Counter[str] = Counter()
+        #: Records for an experiment that was deleted.
+        self._blocked: dict[str, DeletedExperimentError] = {}
 
     def run_while(self, active: Callable[[], bool]) -> None:
         """Deliver records as they are written, until a condition no longer holds or `ended` is set.
@@ -98,8 +106,10 @@ class Delivery:
             return True
         if not self._queue:
             # Records that have failed come last: they may be the cause.
-            self._queue.extend(sorted(self._spool.pending(), key=lambda name: self._failures[name]))
+            pending = [name for name in self._spool.pending() if name not in self._blocked]
+            self._queue.extend(sorted(pending, key=lambda name: self._failures[name]))
         if not self._queue:
+            self._raise_if_blocked()
             return False
         self._deliver(self._next_names(writer.batch), writer)
         return True
@@ -118,6 +128,8 @@ class Delivery:
             return
         try:
             writer.write(records)
+        except DeletedExperimentError as error:
+            self._postpone(records, error)
         except ConfigError:
             raise
         except CorruptedRecordError as error:
@@ -140,6 +152,19 @@ class Delivery:
                 self._spool.remove(record.name)
             self._succeeded()
 
+    def _postpone(self, records: Sequence[Record], error: DeletedExperimentError) -> None:
+        """Deliver first what does not need the experiment that was deleted."""
+        self._failures.update(record.name for record in records)
+        if len(records) > 1:
+            self._queue.extendleft(record.name for record in reversed(records))
+        else:
+            self._blocked[records[0].name] = error
+
+    def _raise_if_blocked(self) -> None:
+        for name, error in self._blocked.items():
+            if self._spool.has(name):
+                raise error
+
     def _read(self, name: str, writer: StoreWriter) -> Record | None:
         """Return a pending record; None if it has been delivered, or cannot be and is quarantined."""
         try:
@@ -155,7 +180,7 @@ class Delivery:
         if self._refusals[name] < _REFUSALS:
             self._failed(reason)
         else:
-            self._quarantine(name, f"the store refused it: {reason}", writer)
+            self._quarantine(name, f"{REFUSED}: {reason}", writer)
 
     def _quarantine(self, name: str, reason: str, writer: StoreWriter) -> None:
         self._spool.quarantine(name, reason)

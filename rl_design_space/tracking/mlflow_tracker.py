@@ -72,8 +72,13 @@ class MlflowTracker:
         self._origin = origin_tags(command)
         #: Fingerprints of the points recorded by this tracker; delivery of their records releases their locks.
         self._written: set[str] = set()
+        #: Those of them that the store is known to have.
+        self._found: set[str] = set()
         #: Whether the store has answered which points it has; if not, delivery looks for each point first.
         self._store_answers = True
+        #: Whether the store is known to accept results, as far as that can be known before there are any.
+        self._is_checked = False
+        self._note = ""
         #: Whether the disk has been full for `patience` seconds.
         self._disk_is_full = False
 
@@ -85,6 +90,7 @@ class MlflowTracker:
         Raises:
             ConfigError: the store cannot be used.
         """
+        self._check_store()
         self._locks.skip_journal()
         # In this order: a record that is delivered in between is found in one of the two.
         pending = self._pending(fingerprints)
@@ -143,7 +149,19 @@ class MlflowTracker:
         self._close_stale_runs()
         status = self._delivery.wait(self._patience, on_progress)
         lost = {fingerprint: reason for fingerprint, reason in status.lost.items() if fingerprint in self._written}
-        return DeliveryStatus(status.pending, status.reason, lost)
+        if not status.pending:
+            lost |= self._removed(lost)
+        return DeliveryStatus(status.pending, status.reason, lost, self._note)
+
+    def _removed(self, lost: Mapping[str, str]) -> dict[str, str]:
+        """Return the delivered points that a database does not have, with the reason."""
+        if self._spool.address.is_server or not self._written - self._found:
+            return {}
+        with suppress(StoreUnavailableError):
+            self._found |= self._queries.recorded(self._written)
+            reason = "its run is not in the store any more: runs were removed, or the database was replaced"
+            return dict.fromkeys(self._written - self._found - lost.keys(), reason)
+        return {}
 
     def _close_stale_runs(self) -> None:
         """Have the runs of dead processes closed, if there are any."""
@@ -167,6 +185,12 @@ class MlflowTracker:
                 continue
             found[fingerprint] = StoredRun("", studies_of(content["tags"]), content["scalars"])
         return found
+
+    def _check_store(self) -> None:
+        if not self._is_checked:
+            with suppress(StoreUnavailableError):
+                self._note = self._queries.check()
+            self._is_checked = True
 
     def _stored(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         try:

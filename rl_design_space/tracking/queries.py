@@ -37,6 +37,18 @@ class Queries(Protocol):
         """Count the runs by status."""
         ...
 
+    def check(self) -> str:
+        """Check that results can be recorded: no experiment was deleted, MLflow can use the schema of a database.
+
+        Returns:
+            What users should know about recording into this store; usually empty.
+        """
+        ...
+
+    def recorded(self, fingerprints: Collection[str]) -> set[str]:
+        """Return those of these points that have a complete run."""
+        ...
+
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
         ...

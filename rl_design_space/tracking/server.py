@@ -68,6 +68,17 @@ class ServerQueries:
             found = search_all(self._client(), experiment, "", ViewType.ALL) if experiment else []
             return RunCounts.of(Counter((run.info.lifecycle_stage, run.info.status) for run in found))
 
+    def check(self) -> str:
+        """Check that results can be recorded."""
+        with _translated_errors(self._address):
+            self._known("experiment", self._address.experiment)
+            self._known("sweeps", self._address.sweeps)
+        return ""
+
+    def recorded(self, fingerprints: Collection[str]) -> set[str]:
+        """Return those of these points that have a complete run."""
+        return set(self.finished(fingerprints))
+
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
         with _translated_errors(self._address):
@@ -90,9 +101,13 @@ class ServerQueries:
         return [RunningRun.of(run.data.tags) for run in runs]
 
     def _experiment(self) -> str | None:
-        known = self._client().get_experiment_by_name(self._address.experiment)
+        return self._known("experiment", self._address.experiment)
+
+    def _known(self, key: str, name: str) -> str | None:
+        """Return the id of an experiment, if there is one; `key` is the setting that names it."""
+        known = self._client().get_experiment_by_name(name)
         if known and known.lifecycle_stage == "deleted":
-            raise deleted_experiment("experiment", self._address.experiment)
+            raise deleted_experiment(key, name, self._address.uri, known.experiment_id)
         return str(known.experiment_id) if known else None
 
     def _client(self) -> MlflowClient:

@@ -21,6 +21,8 @@ from rl_design_space.tracking.address import StoreAddress
 #: Kinds of records, in the order in which they have to be delivered: a sweep begins, its points are recorded, stored
 #: points join studies, a sweep ends, runs of dead processes are closed.
 OPEN, POINT, STUDIES, CLOSE, TIDY = KINDS = ("open", "point", "studies", "close", "tidy")
+#: How the reason begins for which a record is quarantined that the store has refused.
+REFUSED = "the store refused it"
 _RECORD, _STORE, _IDENTITY = ".record", "store.json", "identity"
 #: Seconds after which a temporary file is taken to be abandoned by a process that was killed.
 _ABANDONED = 3600
@@ -180,6 +182,19 @@ class Spool:
             if record == name and int(when) >= since:
                 return path.with_name(f"{path.name}.why").read_text(encoding="utf-8").strip()
         return None
+
+    def restore_refused(self) -> int:
+        """Make the records pending again that the store has refused; return how many."""
+        restored = 0
+        for path in self.quarantined():
+            why = path.with_name(f"{path.name}.why")
+            place = self.folder / path.name.partition("-")[2]
+            with suppress(FileNotFoundError):  # another process has just done so
+                if why.read_text(encoding="utf-8").startswith(REFUSED) and not place.exists():
+                    path.rename(place)
+                    why.unlink()
+                    restored += 1
+        return restored
 
     def remove_abandoned(self) -> None:
         """Remove temporary files of processes that were killed while they were writing."""

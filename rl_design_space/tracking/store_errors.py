@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shlex
 import sqlite3
 import sys
 from typing import Any
@@ -89,9 +90,22 @@ def first_line(error: BaseException) -> str:
     return line.partition(" with exception ")[0]
 
 
-def deleted_experiment(key: str, name: str) -> ConfigError:
-    """Return the error for an experiment that was deleted; `key` is the setting that names it."""
-    return ConfigError.at(f"tracking.{key}", name, "was deleted in this store; restore it or use another name")
+class DeletedExperimentError(ConfigError):
+    """An experiment that was deleted; see `deleted_experiment`."""
+
+
+def deleted_experiment(key: str, name: str, uri: str, experiment: object) -> ConfigError:
+    """Return the error for an experiment that was deleted.
+
+    Args:
+        key: the setting that names it.
+        name: of the experiment.
+        uri: of the store.
+        experiment: its id.
+    """
+    restore = f"MLFLOW_TRACKING_URI={shlex.quote(uri)} mlflow experiments restore --experiment-id {experiment}"
+    expected = f"was deleted in this store; use another name, or restore it with: {restore}"
+    return DeletedExperimentError.at(f"tracking.{key}", name, expected)
 
 
 def missing_experiment(address: StoreAddress) -> ConfigError:

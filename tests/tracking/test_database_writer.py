@@ -13,7 +13,7 @@ import sqlalchemy
 
 from rl_design_space.learning.measures import CURVES_ON_DEMAND
 from rl_design_space.plan.plan import Plan
-from rl_design_space.tracking import database_engine
+from rl_design_space.tracking import database_tables
 from rl_design_space.tracking.client_writer import ClientWriter
 from rl_design_space.tracking.database_writer import DatabaseWriter
 from rl_design_space.tracking.delivery import deliver_all
@@ -105,7 +105,7 @@ def by_client(recorded: Spool, empty_database: Path, tmp_path_factory: pytest.Te
     folder = tmp_path_factory.mktemp("client")
     copy_database(empty_database, folder / "mlflow.db")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(database_engine, "REVISIONS", frozenset())
+        patch.setattr(database_tables, "REVISIONS", frozenset())
         found = delivered(copy_of(recorded, f"sqlite:///{folder}/mlflow.db", folder), ClientWriter)
     return found, files(folder)
 

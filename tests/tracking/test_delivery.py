@@ -16,7 +16,7 @@ from mlflow.protos.databricks_pb2 import INVALID_PARAMETER_VALUE
 from sqlalchemy.engine.default import DefaultDialect
 
 from rl_design_space.plan.plan import Plan
-from rl_design_space.tracking import database_engine
+from rl_design_space.tracking import database_tables
 from rl_design_space.tracking.database_runs import DatabaseRuns
 from rl_design_space.tracking.delivery import Delivery, deliver_all
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
@@ -59,7 +59,7 @@ STAGES = [("client", stage) for stage in range(len(CALLS))] + [("directly", stag
 @pytest.fixture
 def by_client(monkeypatch: pytest.MonkeyPatch) -> None:
     """Write with MLflow's client, as into a database of an unknown schema."""
-    monkeypatch.setattr(database_engine, "REVISIONS", frozenset())
+    monkeypatch.setattr(database_tables, "REVISIONS", frozenset())
 
 
 @contextmanager
@@ -67,7 +67,7 @@ def failing_at(way: str, stage: int | str, when: str, error: BaseException) -> I
     """Make writing fail once, before or after a stage has taken effect."""
     with pytest.MonkeyPatch.context() as patch:
         if way == "client":
-            patch.setattr(database_engine, "REVISIONS", frozenset())
+            patch.setattr(database_tables, "REVISIONS", frozenset())
             call, number = CALLS[stage], CALLS[: stage + 1].count(CALLS[stage])
             _fail_once(patch, MlflowClient, call, when, error, number=number)
         elif stage == "commit":
@@ -143,7 +143,7 @@ def test_an_interrupted_delivery_is_continued(way: str, stage: int | str, when: 
         assert content_of(client, before[0]) == expected
     with pytest.MonkeyPatch.context() as patch:
         if way == "client":
-            patch.setattr(database_engine, "REVISIONS", frozenset())
+            patch.setattr(database_tables, "REVISIONS", frozenset())
         deliver_all(spool, 1)
     assert spool.pending() == []
     (run,) = runs(client)
@@ -192,7 +192,7 @@ def test_a_refused_record_is_quarantined_and_others_are_delivered(way: str, trac
 
 def refuse_by_client(monkeypatch: pytest.MonkeyPatch, fingerprint: str) -> None:
     """Make MLflow refuse the values of a point."""
-    monkeypatch.setattr(database_engine, "REVISIONS", frozenset())
+    monkeypatch.setattr(database_tables, "REVISIONS", frozenset())
     original = MlflowClient.log_batch
 
     def refusing(self, run_id: str, **what: object) -> None:
