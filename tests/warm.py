@@ -34,7 +34,7 @@ LIBRARIES = (
     *("jinja2", "markdown_it", "matplotlib.backends.backend_agg", "matplotlib.pyplot", "pandas", "seaborn"),
     *("mlflow.store.tracking.rest_store", "mlflow.store.tracking.sqlalchemy_store"),
 )
-#: Variables of the server: they keep its imports from starting threads, which do not survive a fork.
+#: Variables of the server: they keep libraries from starting threads, which do not survive a fork.
 _QUIET = {"MLFLOW_DISABLE_TELEMETRY": "true", "OPENBLAS_NUM_THREADS": "1"}
 #: Seconds that the server may take to make its imports, and to fork.
 _START = 240
@@ -128,7 +128,11 @@ def _serve() -> list[str]:
     gc.freeze()  # else collecting garbage copies all memory that processes share
     for line in iter(requests.readline, ""):
         request = json.loads(line)
-        process = os.fork()
+        with catch_warnings():
+            simplefilter(
+                "ignore"
+            )  # Python 3.12 warns where a library has a thread of its own, as the memory of Arrow has
+            process = os.fork()
         if not process:
             requests.close()
             answers.close()
