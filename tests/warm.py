@@ -129,9 +129,7 @@ def _serve() -> list[str]:
     for line in iter(requests.readline, ""):
         request = json.loads(line)
         with catch_warnings():
-            simplefilter(
-                "ignore"
-            )  # Python 3.12 warns where a library has a thread of its own, as the memory of Arrow has
+            simplefilter("ignore")  # Python 3.12 warns of threads, and Arrow has one for its memory
             process = os.fork()
         if not process:
             requests.close()
