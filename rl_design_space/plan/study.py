@@ -16,7 +16,7 @@ from rl_design_space.config.overrides import is_setting, is_sweep_setting
 from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.constraint import Constraint, constraints_of
-from rl_design_space.plan.grid import as_overrides, expand
+from rl_design_space.plan.grid import as_overrides, axes, expand
 from rl_design_space.plan.plan import Dropped, Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
 
@@ -33,12 +33,14 @@ class Study:
         overrides: overrides of the command line, without `study=…`.
         config: the composed config, with the settings.
         plan: its design points, without duplicates.
+        usual_periods: the most periods of a point without the overrides.
     """
 
     name: str
     overrides: tuple[str, ...]
     config: DictConfig
     plan: Plan
+    usual_periods: int = _PERIODS
 
     @property
     def command(self) -> str:
@@ -52,9 +54,9 @@ class Study:
 
     @property
     def mark(self) -> str:
-        """A note for figures whose points have fewer periods than those of the paper; empty otherwise."""
-        fewest = min((planned.point.task.periods for planned in self.plan), default=_PERIODS)
-        return f"quick look: {fewest} periods instead of {_PERIODS}" if fewest < _PERIODS else ""
+        """A note for figures whose points have fewer periods than the study's file asks for; empty otherwise."""
+        most, usual = _most_periods(self.plan), self.usual_periods
+        return f"quick look: {most} periods instead of {usual}" if most < usual else ""
 
     def report(self) -> Any:
         """Build the report that the study's file describes.
@@ -85,7 +87,30 @@ def load_study(name: str, overrides: Sequence[str], planner: Planner | None = No
     planner = planner or Planner()
     overrides = tuple(override for override in overrides if not override.startswith("study="))
     config = planner.composer.config([f"study={name}", *filter(is_setting, overrides)])
-    return Study(name, overrides, config, plan_study(name, config, overrides, planner))
+    node = plain(config, "study")
+    if isinstance(node, Mapping) and "includes" in node:
+        studies = _included(name, node["includes"], overrides, planner)
+        usual = max((each.usual_periods for each in studies if each.plan), default=_PERIODS)
+        return Study(name, overrides, config, _joined(name, studies), usual)
+    plan = plan_study(name, config, overrides, planner)
+    changed = plan and not all(map(is_setting, overrides))
+    return Study(name, overrides, config, plan, _usual_periods(config, planner) if changed else _most_periods(plan))
+
+
+def _most_periods(plan: Plan) -> int:
+    return max((planned.point.task.periods for planned in plan), default=_PERIODS)
+
+
+def _usual_periods(config: DictConfig, planner: Planner) -> int:
+    """Return the most periods of a point as the blocks of a study ask for them."""
+    blocks = [
+        axes(as_overrides(sweeps), planner.composer.parser) for sweeps in plain(config, "study")["blocks"].values()
+    ]
+    asked = [value for block in blocks for value in block.get("task.periods", ())]
+    periods = [int(value.partition("=")[2]) for value in asked]
+    if not all("task.periods" in block for block in blocks):
+        periods.append(int(plain(config, "task")["periods"]))
+    return max(periods)
 
 
 def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner: Planner) -> Plan:
@@ -105,7 +130,7 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
     node = plain(config, "study")
     blocks = node.get("blocks") if isinstance(node, Mapping) else None
     if isinstance(node, Mapping) and "includes" in node:
-        return _plan_included(name, node["includes"], overrides, planner)
+        return _joined(name, _included(name, node["includes"], overrides, planner))
     if blocks is None and isinstance(node, Mapping) and "report" in node:
         return Plan([], (name,))  # a report that needs no points
     if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
@@ -128,11 +153,16 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
     return plan
 
 
-def _plan_included(name: str, included: Any, overrides: Sequence[str], planner: Planner) -> Plan:
-    """Return the points of other studies, which also belong to this one."""
+def _included(name: str, included: Any, overrides: Sequence[str], planner: Planner) -> list[Study]:
+    """Return the studies that a study includes."""
     if not isinstance(included, list) or not all(isinstance(other, str) and other != name for other in included):
         raise ConfigError(f"study {name}: includes should be a list of the names of other studies")
-    both = union([load_study(other, overrides, planner).plan for other in included])
+    return [load_study(other, overrides, planner) for other in included]
+
+
+def _joined(name: str, studies: Sequence[Study]) -> Plan:
+    """Return the points of studies, which also belong to the one that includes them."""
+    both = union([study.plan for study in studies])
     return replace(both, points=[replace(p, studies=(name, *p.studies)) for p in both], studies=(name, *both.studies))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
@@ -242,6 +243,8 @@ class _Sweep:
 
     def close(self, ending: SweepEnding) -> None:
         """End the run."""
+        if ending.status != "KILLED":  # a sweep that is stopped does not wait for the store
+            ending = replace(ending, stored={**ending.stored, **self._delivered(ending.stored)})
         content = {
             **self._content,
             "ended": int(time.time() * 1000),
@@ -251,3 +254,7 @@ class _Sweep:
         }
         self._tracker._submit(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending)))
         self._tracker._locks.release(self._key)
+
+    def _delivered(self, stored: Mapping[str, StoredRun]) -> dict[str, StoredRun]:
+        """Return the runs of records that were pending when their points were recorded, and are delivered now."""
+        return self._tracker._stored([fingerprint for fingerprint, run in stored.items() if not run.run_id])
