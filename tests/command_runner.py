@@ -16,6 +16,7 @@ from time import monotonic, sleep
 from typing import Any
 
 from tests.tracking.stores import copy_database
+from tests.warm import warm
 
 SCRIPTS = Path(sysconfig.get_path("scripts"))
 
@@ -113,6 +114,26 @@ def wait_until(
         sleep(pause)
 
 
+def completed(folder: Path, *words: str, cold: bool = False, **variables: str) -> Completed:
+    """Run a command in a folder to its end.
+
+    Args:
+        folder: current folder of the command.
+        words: a command of this project by its name, or any other program, and arguments.
+        cold: whether to start a new interpreter for a command of this project also where a process that has made its
+            imports would do, see tests/warm.py; what starts workers gets a new one in any case.
+        variables: of the environment.
+    """
+    program, *arguments = words
+    ours = program.startswith("rl-")
+    full = [str(SCRIPTS / program) if ours else program, *arguments]
+    variables = environment(folder, **variables)
+    workers = any(word.startswith("hydra/launcher=") and not word.endswith("=basic") for word in arguments)
+    if ours and not cold and not workers:
+        return warm().run(full, cwd=folder, env=variables, timeout=PATIENCE)
+    return subprocess.run(full, cwd=folder, env=variables, capture_output=True, text=True, timeout=PATIENCE)
+
+
 def output_of(
     *command: object, cwd: Path | None = None, env: Mapping[str, str] | None = None, seconds: float = PATIENCE
 ) -> str:
@@ -131,6 +152,8 @@ def python(program: str, *arguments: object, **options: Any) -> str:
 def commands_in(folder: Path, database: Path | None = None) -> Command:
     """Return a function that runs a command in a folder and checks that it writes nothing beside its outputs.
 
+    It takes the arguments of `completed`, the expected status and the outputs.
+
     Args:
         folder: empty folder for the commands.
         database: copied into new outputs, because creating one takes a command seconds.
@@ -138,15 +161,11 @@ def commands_in(folder: Path, database: Path | None = None) -> Command:
     (folder / "temporary").mkdir()
     (folder / "own").mkdir()
 
-    def run(*words: str, status: int = 0, outputs: str = "out", **variables: str) -> Completed:
-        program, *arguments = words
-        full = [str(SCRIPTS / program) if program.startswith("rl-") else program, *arguments, f"outputs={outputs}"]
+    def run(*words: str, status: int = 0, outputs: str = "out", **others: Any) -> Completed:
         if database and not (folder / outputs).exists():
             copy_database(database, folder / outputs / "mlflow.db")
         before = _tree(folder)
-        done = subprocess.run(
-            full, cwd=folder, env=environment(folder, **variables), capture_output=True, text=True, timeout=PATIENCE
-        )
+        done = completed(folder, *words, f"outputs={outputs}", **others)
         assert done.returncode == status, done.stdout + done.stderr
         assert _tree(folder) == before
         return done

@@ -11,7 +11,13 @@ import pytest
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.plan.planner import Planner
 from rl_design_space.tracking.connection import connect
-from tests.servers import _shared_mlflow_server, auth_server, mlflow_server, postgres  # noqa: F401  (fixtures)
+from tests.servers import (  # noqa: F401  (fixtures)
+    _shared_mlflow_server,
+    auth_server,
+    idle_mlflow_server,
+    mlflow_server,
+    postgres,
+)
 from tests.tracking.stores import import_mlflow
 
 
@@ -29,6 +35,45 @@ def empty_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     database = tmp_path_factory.mktemp("empty") / "mlflow.db"
     connect(f"sqlite:///{database}")
     return database
+
+
+#: Files that take longest, the longest first. Workers begin with them, so that all end at about the same time.
+LONGEST = (
+    "tracking/test_server_faults.py",
+    "hydra/test_other_plugins.py",
+    "run/clusters/test_clusters.py",
+    "tracking/test_faults.py",
+    "test_documented_commands.py",
+    "report/test_page.py",
+    "test_documented_servers.py",
+    "test_own_components.py",
+    "commands/test_ui.py",
+    "run/test_kills.py",
+    "commands/test_cli.py",
+    "commands/test_sweep.py",
+    "benchmarks/test_tracking.py",
+    "test_components_page.py",
+    "test_documented_configs.py",
+    "test_new_option.py",
+    "benchmarks/test_race.py",
+    "benchmarks/test_browse.py",
+    "learning/test_compiled.py",
+    "commands/test_new.py",
+    "test_compose_file.py",
+)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep the order of files, which pytest-xdist would change into that of their numbers of tests."""
+    if hasattr(config.option, "loadscopereorder"):
+        config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the longest files first."""
+    tests = Path(__file__).parent
+    ranks = {tests / name: rank for rank, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: ranks.get(item.path, len(LONGEST)))
 
 
 @pytest.hookimpl(trylast=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +12,7 @@ from markdown_it import MarkdownIt
 
 from rl_design_space.commands import words as subcommands
 from rl_design_space.commands.figure_words import WORDS
-from tests.command_runner import PATIENCE, SCRIPTS, Completed, environment
+from tests.command_runner import Completed, completed
 
 DOCS = Path(__file__).parent.parent / "docs"
 PROGRAMS = ("rl-design-space", "rl-design-report")
@@ -57,17 +56,9 @@ def _commands(text: str) -> Iterator[Typed]:
 
 def run(words: tuple[str, ...], folder: Path) -> Completed:
     """Run a documented command in a folder; learning and reports get the overrides of `SMALL`."""
-    program, *arguments = words
+    arguments = words[1:]
     unchanged = set(arguments) & {*subcommands.names(), *WORDS, "--help", "-h", "--hydra-help"}
-    small = () if unchanged else SMALL
-    return subprocess.run(
-        [str(SCRIPTS / program), *arguments, *small],
-        cwd=folder,
-        env=environment(folder),
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-    )
+    return completed(folder, *words, *(() if unchanged else SMALL))
 
 
 def commands_as_written(page: Path) -> list[str]:

@@ -206,15 +206,23 @@ def postgres() -> Iterator[Postgres]:
 
 @pytest.fixture(scope="session")
 def _shared_mlflow_server(postgres: Postgres, tmp_path_factory: pytest.TempPathFactory) -> Iterator[MlflowServer]:
-    with MlflowServer(postgres.create(), tmp_path_factory.mktemp("mlflow_server")) as server:
-        yield server
+    server = MlflowServer(postgres.create(), tmp_path_factory.mktemp("mlflow_server"))
+    yield server
+    server.stop()
 
 
 @pytest.fixture
 def mlflow_server(_shared_mlflow_server: MlflowServer) -> MlflowServer:
-    """A server on PostgreSQL that all tests share, running; whoever stops it need not start it again."""
+    """A server on PostgreSQL that all tests share, running; tests that stop it need not start it again."""
     if not _shared_mlflow_server.running:
         _shared_mlflow_server.start()
+    return _shared_mlflow_server
+
+
+@pytest.fixture
+def idle_mlflow_server(_shared_mlflow_server: MlflowServer) -> MlflowServer:
+    """The same server, not running; for a test that needs it down first, which saves a start if no test has run it."""
+    _shared_mlflow_server.stop()
     return _shared_mlflow_server
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from markdown_it import MarkdownIt
 
-from tests.command_runner import PATIENCE, SCRIPTS, Completed, environment
+from tests.command_runner import Completed, completed
 from tests.tracking.stores import copy_database
 
 PAGE = (Path(__file__).parents[1] / "docs" / "components.md").read_text(encoding="utf-8")
@@ -40,11 +39,7 @@ def folder(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Pa
 
 
 def run(folder: Path, *words: str) -> Completed:
-    program = str(SCRIPTS / words[0]) if words[0].startswith("rl-") else words[0]
-    variables = environment(folder, TMPDIR=str(folder))
-    done = subprocess.run(
-        [program, *words[1:]], cwd=folder, env=variables, capture_output=True, text=True, timeout=PATIENCE
-    )
+    done = completed(folder, *words, TMPDIR=str(folder))
     assert done.returncode == 0, done.stdout + done.stderr
     return done
 

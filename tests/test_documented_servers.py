@@ -9,7 +9,7 @@ import pytest
 import rl_design_space as rds
 from tests.documented import DOCS, Typed, parts_of, run
 from tests.servers import MlflowServer, needs_postgres
-from tests.tracking.stores import import_mlflow
+from tests.tracking.stores import copy_database, import_mlflow
 
 #: Placeholders that a reader replaces, and the key of clusters that are started elsewhere, which are not tested.
 _SERVER, _RUN, _PART, _ELSEWHERE = (
@@ -25,9 +25,10 @@ def typed(page: str) -> list[Typed]:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("team")
     (folder / "temporary").mkdir()
+    copy_database(empty_database, folder / "outputs" / "mlflow.db")
     return folder
 
 

@@ -13,6 +13,7 @@ import pytest
 from tests.command_runner import environment
 
 ROOT = Path(__file__).parents[1]
+RENEW = "-m rl_design_space.catalogue.schemas"
 COPIED = ("rl_design_space", "conf", "tests", "pyproject.toml")
 
 CLASS = '''
@@ -100,17 +101,21 @@ def test_the_option_is_listed_and_shown(tree: Path):
     assert shown["exploration.after"]["description"] == "ε after the fall: `none`, or a `tenth` of the level."
 
 
-def test_the_schema_is_renewed_by_the_command_of_make_lint(tree: Path):
-    command = "-m rl_design_space.catalogue.schemas"
-    assert f"\t$(BIN)/python {command}\n" in (ROOT / "Makefile").read_text(encoding="utf-8")
-    written = python(tree, *command.split()).splitlines()
-    assert written == [f"wrote {tree / 'conf' / group / 'schema.json'}" for group in ("exploration", "study")]
-    assert python(tree, *command.split()) == ""
+@pytest.fixture(scope="module")
+def renewed(tree: Path) -> list[str]:
+    """Renew the schemas; return what the command prints."""
+    return python(tree, *RENEW.split()).splitlines()
 
 
+def test_the_schema_is_renewed_by_the_command_of_make_lint(renewed: list[str], tree: Path):
+    assert f"\t$(BIN)/python {RENEW}\n" in (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert renewed == [f"wrote {tree / 'conf' / group / 'schema.json'}" for group in ("exploration", "study")]
+    assert python(tree, *RENEW.split()) == ""
+
+
+@pytest.mark.usefixtures("renewed")
 def test_the_tests_of_options_pass_over_it(tree: Path):
     """Contract, invalid values, schema, `list` and `show`, after the schema has been renewed."""
-    python(tree, "-m", "rl_design_space.catalogue.schemas")
     tests = (
         f"tests/{each}"
         for each in (

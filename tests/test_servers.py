@@ -1,4 +1,7 @@
-"""The servers that other tests build on: they keep what they are given, go down and up, and leave nothing behind."""
+"""The services that other tests build on: databases are apart, and nothing is left behind.
+
+That MLflow servers keep what they are given, go down and up and ask for a password is what other tests rely on.
+"""
 
 from __future__ import annotations
 
@@ -8,89 +11,16 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.command_runner import environment, finished, heed_interrupts, next_line, wait_until
-from tests.servers import MlflowServer, Postgres, needs_postgres
+from tests.servers import Postgres, needs_postgres
 from tests.service import Service, free_port
-from tests.tracking.stores import import_mlflow
-
-if TYPE_CHECKING:
-    from mlflow import MlflowClient
 
 ROOT = Path(__file__).parent.parent
-
-
-@pytest.fixture
-def client_of(monkeypatch: pytest.MonkeyPatch) -> Callable[[MlflowServer], MlflowClient]:
-    """A client without credentials that gives up at once."""
-    import_mlflow()
-    from mlflow import MlflowClient
-
-    for name in ("MLFLOW_TRACKING_USERNAME", "MLFLOW_TRACKING_PASSWORD"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "0")
-    monkeypatch.setenv("MLFLOW_SUPPRESS_PRINTING_URL_TO_STDOUT", "true")
-    return lambda server: MlflowClient(server.uri)
-
-
-def written(client: MlflowClient, experiment: str) -> str:
-    """Write a run as a design point has it; its id."""
-    from mlflow.entities import Metric, Param
-
-    run = client.create_run(client.create_experiment(experiment)).info.run_id
-    curve = [Metric("steps/mean", float(100 - trial), 1_700_000_000_000, trial) for trial in range(5)]
-    client.log_batch(run, metrics=curve, params=[Param("world.size", "10")])
-    client.log_text(run, "task: {}\n", "config.yaml")
-    client.set_terminated(run)
-    return run
-
-
-def check(client: MlflowClient, run: str) -> None:
-    """What was written is there."""
-    found = client.get_run(run)
-    assert found.info.status == "FINISHED"
-    assert found.data.params == {"world.size": "10"}
-    curve = client.get_metric_history(run, "steps/mean")
-    assert [(point.step, point.value) for point in curve] == [(trial, 100 - trial) for trial in range(5)]
-    assert Path(client.download_artifacts(run, "config.yaml")).read_text(encoding="utf-8") == "task: {}\n"
-
-
-@needs_postgres
-def test_a_run_is_kept_when_the_server_is_stopped_or_killed(mlflow_server: MlflowServer, client_of):
-    from mlflow.exceptions import MlflowException
-
-    client = client_of(mlflow_server)
-    run = written(client, "kept")
-    check(client, run)
-    mlflow_server.stop()
-    with pytest.raises(MlflowException, match="refused"):
-        client.get_run(run)
-    mlflow_server.start()
-    check(client, run)
-    mlflow_server.kill()
-    with pytest.raises(MlflowException, match="refused"):
-        client.get_run(run)
-
-
-@needs_postgres
-def test_a_stopped_server_is_there_again_for_the_next_test(mlflow_server: MlflowServer, client_of):
-    check(client_of(mlflow_server), written(client_of(mlflow_server), "next"))
-
-
-@needs_postgres
-def test_runs_are_in_postgresql(postgres: Postgres, mlflow_server: MlflowServer, client_of):
-    import psycopg
-
-    run = written(client_of(mlflow_server), "in postgresql")
-    with closing(psycopg.connect(mlflow_server.environment["MLFLOW_BACKEND_STORE_URI"])) as connection:
-        query = "select count(*) from metrics where run_uuid = %s"
-        assert connection.execute(query, [run]).fetchone() == (5,)
 
 
 @needs_postgres
@@ -106,21 +36,6 @@ def test_databases_are_apart_and_ask_for_their_password(postgres: Postgres):
     user, password = one.removeprefix("postgresql://").partition("@")[0].split(":")
     with pytest.raises(psycopg.OperationalError, match="password authentication failed"):
         psycopg.connect(one.replace(f"{user}:{password}", f"{user}:wrong"))
-
-
-@needs_postgres
-def test_basic_auth_lets_in_whoever_has_the_password(auth_server: MlflowServer, client_of, monkeypatch):
-    from mlflow.exceptions import MlflowException
-
-    client = client_of(auth_server)
-    with pytest.raises(MlflowException, match="401"):
-        client.search_experiments()
-    monkeypatch.setenv("MLFLOW_TRACKING_USERNAME", auth_server.username)
-    monkeypatch.setenv("MLFLOW_TRACKING_PASSWORD", "wrong")
-    with pytest.raises(MlflowException, match="401"):
-        client.search_experiments()
-    monkeypatch.setenv("MLFLOW_TRACKING_PASSWORD", auth_server.password)
-    check(client, written(client, "mine"))
 
 
 def test_a_service_that_ends_at_once_shows_its_log(tmp_path: Path):

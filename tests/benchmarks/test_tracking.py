@@ -11,7 +11,7 @@ CASE = f"{tracking.OURS}, defaults, 1 of 1 cores learn"
 
 
 def test_a_round_records_and_learns_in_every_way():
-    works = {"defaults": tracking.Work((), points=1, few=1, many=3)}
+    works = {"defaults": tracking.Work(("task.periods=5",), points=1, few=1, many=3)}
     calls = tracking.measure(1, lambda _: None, works=works, cores=1, naive_points=1).set_index("case")
     assert list(calls.index) == [CASE, tracking.NAIVE]
     assert (calls.loc[CASE, ["slowed", "learn_ms"]] > 0).all()

@@ -60,7 +60,7 @@ def command(folder: Path, empty_database: Path) -> Command:
 @pytest.fixture(scope="module")
 def default_run(command: Command) -> Completed:
     # Hydra then runs the job in its outputs; paths stay relative to the folder of the command.
-    return command("rl-design-space", *SMALL, "hydra.job.chdir=true")
+    return command("rl-design-space", *SMALL, "hydra.job.chdir=true", cold=True)
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +131,7 @@ def test_a_complete_study_learns_nothing(small_table: Completed, command: Comman
 
 
 def test_a_report_is_written_from_recorded_runs(small_table: Completed, command: Command, folder: Path):
-    done = command("rl-design-report", "table4", *SMALL_TABLE)
+    done = command("rl-design-report", "table4", *SMALL_TABLE, cold=True)
     paths = [folder / line for line in done.stdout.splitlines()]
     assert {path.name for path in paths} == {f"table4.{suffix}" for suffix in ("png", "svg", "csv", "md")}
     assert all(path.parent == folder / "out" / "report" and path.is_file() for path in paths)

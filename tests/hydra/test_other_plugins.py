@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sqlite3
-import subprocess
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
@@ -15,7 +14,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.command_runner import PATIENCE, SCRIPTS, environment
+from tests.command_runner import PATIENCE, Completed, completed
 from tests.tracking.stores import copy_database
 
 SMALL = ("task.periods=2", "task.trials=3")
@@ -77,7 +76,7 @@ class Run:
 class Done:
     """A completed command and its outputs."""
 
-    completed: subprocess.CompletedProcess[str]
+    completed: Completed
     outputs: Path
 
     def runs(self) -> dict[str, Run]:
@@ -113,11 +112,8 @@ def done(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Iter
     def run(name: str) -> Done:
         outputs = name.replace(" ", "_").replace(",", "")
         copy_database(empty_database, folder / outputs / "mlflow.db")
-        full = [str(SCRIPTS / "rl-design-space"), *COMMANDS[name], f"outputs={outputs}", "threads=1"]
-        completed = subprocess.run(
-            full, cwd=folder, env=environment(folder), capture_output=True, text=True, timeout=PATIENCE
-        )
-        return Done(completed, folder / outputs)
+        words = (*COMMANDS[name], f"outputs={outputs}", "threads=1")
+        return Done(completed(folder, "rl-design-space", *words), folder / outputs)
 
     with ThreadPoolExecutor(2) as pool:
         futures: dict[str, Future[Done]] = {name: pool.submit(run, name) for name in COMMANDS}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -29,7 +31,8 @@ REWARDS = {
 }
 
 
-def optimal_values(world: World, layout: list[int], reward: GoalReward, lengths: tuple[int, ...]) -> np.ndarray:
+@cache
+def optimal_values(world: World, layout: tuple[int, ...], reward: GoalReward, lengths: tuple[int, ...]) -> np.ndarray:
     """Iterate values over (counter, cell, action); the state after the final goal has value 0."""
     _, *goals = layout
     n_goals, next_cell = len(goals), world.next_cell()
@@ -85,7 +88,7 @@ def test_random_behaviour_learns_the_values_of_dynamic_programming(world, reward
         learner=QLearning(alpha=1.0, gamma=GAMMA, explore="all"),
     )
     layout = layouts(point.seed, world.next_cell().shape[1], 2, 1)
-    expected = optimal_values(world, layout[0].tolist(), point.reward, (1, *lengths))
+    expected = optimal_values(world, tuple(layout[0].tolist()), point.reward, (1, *lengths))
 
     learned = play_period(point, 0)[0].q.reshape(expected.shape)
 

@@ -135,7 +135,7 @@ def fill(folder: Path, left: int = 40_960) -> Path:
 
 def test_a_full_disk_is_retried(small_disk: Path):
     filler = fill(small_disk)
-    thread = Thread(target=lambda: (sleep(12), filler.unlink()))
+    thread = Thread(target=lambda: (sleep(6), filler.unlink()))
     thread.start()
     done = commands_in(small_disk)("rl-design-space", *SWEEP[:-1])
     thread.join(PATIENCE)
@@ -158,7 +158,7 @@ def test_results_stay_pending_while_the_disk_of_the_store_is_full(
 ):
     filler = fill(small_disk, left=0)
     command, elsewhere = commands_in(small_disk), f"tracking.spool={tmp_path_factory.mktemp('spool')}"
-    done = command("rl-design-space", *SWEEP[:-1], "tracking.patience=6", elsewhere, status=1)
+    done = command("rl-design-space", *SWEEP[:-1], "tracking.patience=2", elsewhere, status=1)
     assert "3 learned now" in done.stdout
     assert re.search(r"5 results .* safe on disk, not yet in .*(full|I/O)", done.stdout)
     assert "rl-design-space sync" in done.stdout

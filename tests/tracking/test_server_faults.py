@@ -6,6 +6,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from threading import Thread
 from time import sleep
@@ -23,6 +24,8 @@ pytestmark = needs_postgres
 #: Overrides of points that are learned within milliseconds.
 TINY = ("-m", "task.periods=3", "task.trials=4", "world.size=4")
 SEEDS = "seed=1,2,3"
+#: Number of points that a server gets which is killed meanwhile.
+POINTS = 20
 
 
 @pytest.fixture
@@ -75,66 +78,64 @@ def pending(folder: Path) -> int:
     return len(list((folder / "out" / "spool").glob("*/*.record")))
 
 
-def test_points_are_recorded_once_and_rerun_identically(mlflow_server: MlflowServer, command, tmp_path: Path):
-    store = at(mlflow_server.uri, "recorded")
-    done = command(*TINY, SEEDS, *store)
-    assert "3 learned now" in done.stdout
-    runs = Recorded(mlflow_server.uri, "recorded").check(3)
-    assert {run.info.status for run in Recorded(mlflow_server.uri, "recorded s").runs()} == {"FINISHED"}
-    assert pending(tmp_path) == 0
-    done = command(*TINY, SEEDS, *store)
-    assert "0 learned now, 3 before" in done.stdout
-    Recorded(mlflow_server.uri, "recorded").check(3)
-    assert command("rerun", runs[0].info.run_id, *store).stdout.startswith("identical: ")
-
-
-def test_a_server_that_is_killed_and_restarted_gets_every_point_once(
-    mlflow_server: MlflowServer, command, tmp_path: Path
-):
-    recorded = Recorded(mlflow_server.uri, "killed")
-    struck = []
-
-    def strike() -> None:
-        wait_until(lambda: 2 <= len(recorded.runs()) < 20)
-        struck.append(len(recorded.runs()))
-        mlflow_server.kill()
-        sleep(2)
-        mlflow_server.start()
-
-    thread = Thread(target=strike)
-    thread.start()
-    try:
-        seeds = ",".join(map(str, range(20)))
-        done = command(*TINY, f"seed={seeds}", "tracking.patience=60", *at(mlflow_server.uri, "killed"))
-    finally:
-        thread.join(PATIENCE)
-    assert 0 < struck[0] < 20
-    assert "20 learned now" in done.stdout
-    recorded.check(20)
-    assert {run.info.status for run in Recorded(mlflow_server.uri, "killed s").runs()} == {"FINISHED"}
-    assert pending(tmp_path) == 0
-
-
-def test_results_stay_pending_while_a_server_is_down(mlflow_server: MlflowServer, command, tmp_path: Path):
-    store = at(mlflow_server.uri, "away")
-    mlflow_server.stop()
-    done = command(*TINY, SEEDS, "tracking.patience=3", *store, status=1)
+def test_results_stay_pending_while_a_server_is_down(idle_mlflow_server: MlflowServer, command, tmp_path: Path):
+    server = idle_mlflow_server
+    store = at(server.uri, "away")
+    done = command(*TINY, SEEDS, "tracking.patience=2", *store, status=1)
     assert "3 learned now" in done.stdout
     # Three points, and the beginning and end of the sweep.
     assert re.search(r"5 results of .* safe on disk, not yet in http.*(refused|failed)", done.stdout)
     assert "rl-design-space sync" in done.stdout
     assert pending(tmp_path) == 5
 
-    mlflow_server.start()
+    server.start()
     # One of the points is recorded from elsewhere first.
     other = tmp_path / "out" / "elsewhere"
     command(*TINY[1:], "seed=2", *store, outputs=str(other))
     assert "5 records delivered" in command("sync", *store).stdout
-    recorded = Recorded(mlflow_server.uri, "away")
+    recorded = Recorded(server.uri, "away")
     recorded.check(3)
     assert pending(tmp_path) == 0
     assert command("sync", *store).stdout == "no pending records\n"
     recorded.check(3)
+
+
+def test_a_server_that_is_killed_and_restarted_gets_every_point_once(
+    mlflow_server: MlflowServer, command, tmp_path: Path
+):
+    import psycopg
+
+    recorded = Recorded(mlflow_server.uri, "killed")
+    struck = []
+
+    def strike() -> None:
+        wait_until(lambda: 2 <= len(recorded.runs()) < POINTS, pause=0.1)
+        struck.append(len(recorded.runs()))
+        mlflow_server.kill()
+        sleep(1)
+        mlflow_server.start()
+
+    sweep = (*TINY, f"seed=range(0,{POINTS})", "tracking.patience=60", *at(mlflow_server.uri, "killed"))
+    thread = Thread(target=strike)
+    thread.start()
+    try:
+        done = command(*sweep)
+    finally:
+        thread.join(PATIENCE)
+    assert 0 < struck[0] < POINTS
+    assert f"{POINTS} learned now" in done.stdout
+    runs = recorded.check(POINTS)
+    sweeps = Recorded(mlflow_server.uri, "killed s")
+    assert {run.info.status for run in sweeps.runs()} == {"FINISHED"}
+    assert pending(tmp_path) == 0
+    with closing(psycopg.connect(mlflow_server.environment["MLFLOW_BACKEND_STORE_URI"])) as connection:
+        query = "select count(*) from runs join experiments using (experiment_id) where experiments.name = 'killed'"
+        assert connection.execute(query).fetchone() == (len(runs),)
+    # Nothing is left to do, and what is recorded can be repeated.
+    assert f"0 learned now, {POINTS} before" in command(*sweep).stdout
+    recorded.check(POINTS)
+    finished_run = next(run.info.run_id for run in runs if run.info.status == "FINISHED")
+    assert command("rerun", finished_run, *sweep[-4:]).stdout.startswith("identical: ")
 
 
 def credentials(server: MlflowServer) -> dict[str, str]:
@@ -168,16 +169,16 @@ def test_a_server_with_basic_auth(auth_server: MlflowServer, command, tmp_path: 
 def test_a_user_who_may_only_read_gets_an_error_and_keeps_the_results(
     auth_server: MlflowServer, command, tmp_path: Path
 ):
+    def post(endpoint: str, **content: str) -> None:
+        administrator = (auth_server.username, auth_server.password)
+        address = f"{auth_server.uri}/api/2.0/mlflow/{endpoint}"
+        requests.post(address, json=content, auth=administrator, timeout=30).raise_for_status()
+
     user = {"username": "reader", "password": "only-to-read-with"}
-    made = requests.post(
-        f"{auth_server.uri}/api/2.0/mlflow/users/create",
-        json=user,
-        auth=(auth_server.username, auth_server.password),
-        timeout=30,
-    )
-    made.raise_for_status()
+    post("users/create", **user)
     store = at(auth_server.uri, "read only")
-    command(*TINY[1:], *store, **credentials(auth_server))  # who creates an experiment owns it
+    for experiment in ("read only", "read only s"):  # the administrator, who creates them, owns them
+        post("experiments/create", name=experiment)
     reader = {f"MLFLOW_TRACKING_{name.upper()}": value for name, value in user.items()}
     done = command(*TINY, SEEDS, *store, **reader, status=2)
     assert "user reader may not write or read there" in done.stderr
@@ -214,13 +215,11 @@ def test_postgresql_without_a_server(postgres: Postgres, command, tmp_path: Path
     # Two processes find an empty database: one of them creates the tables, the other waits.
     words = (*TINY, *store, "outputs=out")
     with (
-        started(tmp_path, *words, "seed=1", PGPASSWORD=password) as one,
-        started(tmp_path, *words, "seed=2", PGPASSWORD=password) as other,
+        started(tmp_path, *words, "seed=1,2", PGPASSWORD=password) as one,
+        started(tmp_path, *words, "seed=2,3", PGPASSWORD=password) as other,
     ):
         for done in map(finished, (one, other)):
             assert done.returncode == 0, done.stdout + done.stderr
-    done = command(*TINY, SEEDS, *store, PGPASSWORD=password)
-    assert "1 learned now, 2 before" in done.stdout
     monkeypatch.setenv("PGPASSWORD", password)
     runs = Recorded(full, "direct").check(3)
     assert all((tmp_path / "out" / "artifacts" / "direct" / run.info.run_id).is_dir() for run in runs)
