@@ -59,7 +59,7 @@ def test_a_point_is_recorded_and_read_in_a_folder_of_any_name(
     writer: str, empty_database: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     if writer == "client":
-        monkeypatch.setattr("rl_design_space.tracking.database_engine.REVISIONS", frozenset())
+        monkeypatch.setattr("rl_design_space.tracking.database_tables.REVISIONS", frozenset())
     database = tmp_path / "it's a?b%20c #d" / "mlflow.db"
     copy_database(empty_database, database)
     planned, curves = learned()
