@@ -18,8 +18,9 @@ from omegaconf import OmegaConf
 
 from rl_design_space._paths import make_plugins_known
 from rl_design_space.config import user_config
-from rl_design_space.config.compose import CONFIG_NAME, OPTION_GROUPS, shipped_config
+from rl_design_space.config.compose import CONFIG_NAME, shipped_config
 from rl_design_space.config.explain import unknown_option
+from rl_design_space.config.overrides import OPTION_GROUPS
 from rl_design_space.errors import ConfigError
 
 #: Groups beside the design choices, in the order in which they are listed.

@@ -18,7 +18,7 @@ from rl_design_space.config.compose import Composer, shipped_config
 from rl_design_space.config.overrides import is_search_path, is_setting
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.grid import as_overrides, refuse_empty
+from rl_design_space.plan.grid import as_overrides, refuse_empty, refuse_large
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import union
@@ -40,6 +40,7 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
     settings = build_settings(config)
     if len({tuple(filter(is_setting, overrides)) for overrides in job_overrides}) > 1:
         raise ConfigError("a setting differs between jobs; settings apply to the whole sweep")
+    refuse_large(len(job_overrides), settings.max_points)
     planner = Planner(Composer.like(config))
     jobs = [planner(overrides) for overrides in job_overrides]
     plan = union([Plan(jobs, combinations=len(jobs))])

@@ -11,6 +11,7 @@ from omegaconf import DictConfig
 
 from rl_design_space.commands import sweep_output
 from rl_design_space.commands.invocation import current_invocation
+from rl_design_space.commands.planning import PlanningProgress
 from rl_design_space.commands.point_launcher import PointLauncher
 from rl_design_space.config.compose import Composer
 from rl_design_space.config.overrides import is_setting
@@ -46,6 +47,8 @@ def sweep(arguments: Sequence[str], params: Mapping[str, str], config: DictConfi
     command = invocation.command_or()
     started = perf_counter()
     settings = build_settings(config)
+    if not isinstance(params, Mapping):
+        raise ConfigError.at("hydra.sweeper.params", params, "should be a mapping of keys to sweeps")
     overrides = [*(f"{key}={value}" for key, value in params.items()), *(line.for_points if line else ()), *arguments]
     plan = _plan(overrides, config, settings)
     seconds = {"plan": perf_counter() - started}
@@ -61,7 +64,7 @@ def sweep(arguments: Sequence[str], params: Mapping[str, str], config: DictConfi
 
 
 def _plan(overrides: Sequence[str], config: DictConfig, settings: Settings) -> Plan:
-    planner = Planner(Composer.like(config))
+    planner = Planner(Composer.like(config), PlanningProgress())
     parser = planner.composer.parser
     studies = axes([override for override in overrides if override.startswith("study=")], parser)
     names = [override.removeprefix("study=") for values in studies.values() for override in values]
@@ -76,7 +79,7 @@ def _plan(overrides: Sequence[str], config: DictConfig, settings: Settings) -> P
                 f"study={','.join(names)}: no design points, only a report; run rl-design-report {names[0]}"
             )
     else:
-        plan = plan_overrides(overrides, planner)
+        plan = plan_overrides(overrides, planner, settings.max_points)
     return plan.shard(*settings.shard) if settings.shard else plan
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from typing import Annotated, Any, Literal
 
 import hydra
@@ -21,7 +21,11 @@ from rl_design_space.config.overrides import SETTINGS, is_setting
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.measures import SCALARS
+from rl_design_space.plan.grid import MAX_POINTS
 from rl_design_space.tracking import MlflowTracking, Tracking
+
+#: More threads than any machine has cores; the operating system refuses to start many more.
+_MOST_THREADS = 1024
 
 
 def _known_scalar(name: str) -> str:
@@ -49,18 +53,20 @@ class Settings:
         threads: number of threads that learn; all cores if None.
         plan: whether to show the plan only.
         shard: which part of a sweep to run, as (number, number of parts); the whole sweep if None.
+        max_points: maximum number of combinations that a sweep plans.
         on_error: whether a sweep continues or stops when a point fails.
         objective: the scalar that a run returns, for sweepers that optimize.
         tracking: where results are recorded.
     """
 
     outputs: Annotated[str, Field(min_length=1)]
-    threads: Annotated[int, Field(ge=1)] | None
+    threads: Annotated[int, Field(ge=1, le=_MOST_THREADS)] | None
     plan: bool
     shard: Annotated[tuple[int, int] | None, BeforeValidator(_shard)]
     on_error: Literal["continue", "stop"]
     objective: Annotated[str, AfterValidator(_known_scalar)]
     tracking: Tracking
+    max_points: Annotated[int, Field(ge=1)] = MAX_POINTS
 
     @property
     def learning_threads(self) -> int:
@@ -74,7 +80,9 @@ def build_settings(config: DictConfig) -> Settings:
     Raises:
         ConfigError: a key is missing, unknown or has a value that is not allowed.
     """
-    return construct(Settings, {field.name: build_component(config, field.name) for field in fields(Settings)})
+    # A config file of the user's that replaces the shipped one may be older than the settings with a default.
+    given = [field.name for field in fields(Settings) if field.name in config or field.default is MISSING]
+    return construct(Settings, {name: build_component(config, name) for name in given})
 
 
 def settings_of(overrides: Sequence[str]) -> Settings:

@@ -101,7 +101,7 @@ def test_a_study_can_be_shown_without_being_run():
         (["plan=true", "hydra/sweeper=optuna"], "plan=true needs hydra/sweeper=design, not optuna"),
         (["shard=1/2", "-m", "hydra/sweeper=basic"], "shard=1/2 needs hydra/sweeper=design, not basic"),
         (["world=10"], "world=10: name exactly one option"),
-        (["world.size=[10"], "world.size=[10: not an override"),
+        (["world.size=[10"], 'world.size=[10: character 12, "[", is not closed'),
     ],
     ids=str,
 )

@@ -87,8 +87,8 @@ POINTS = [
     ("seed=range(0,3)", ["seed=range(0,3)", "-m"]),
     # Overrides that cannot be parsed, and interpolations that cannot be resolved.
     ("goals", ["goals: not an override", "key=value"]),
-    ("world.size=[10", ["world.size=[10: not an override", "key=value"]),
-    ("task.goals=${", ["task.goals=${: not an override"]),
+    ("world.size=[10", ['world.size=[10: character 12, "[", is not closed', """'world.size="[10"'"""]),
+    ("task.goals=${", ['task.goals=${: character 13, "{", cannot be used here; quoted, it is text: ']),
     ("task.goals=${nowhere}", ["task.goals: ", "'nowhere' not found"]),
     ("task.goals=${task.gaols}", ["task.goals: ", "'task.gaols' not found"]),
     ("seed=${oc.env:NO_SUCH_VARIABLE}", ["NO_SUCH_VARIABLE", "seed"]),
