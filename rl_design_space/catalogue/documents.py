@@ -79,7 +79,7 @@ def study(report: Schema, constraint: Schema, keys: Mapping[str, Schema], tops: 
         tops: first parts of keys, so that keys of the user's own components are allowed.
     """
     block = {
-        "description": "a grid: all combinations of these sweeps: lists, or text in Hydra's sweep grammar, as in 10,20,30",
+        "description": "a grid: all combinations of these lists, or text in Hydra's sweep grammar, as in 10,20,30",
         "type": "object",
         "properties": {key: _sweep(schema) for key, schema in keys.items()},
         "patternProperties": {rf"^[+~]*({'|'.join(tops)})([./@].*)?$": {}},
@@ -157,7 +157,11 @@ def _sweep(schema: Schema) -> Schema:
     alternatives = checks["anyOf"] if set(checks) == {"anyOf"} else [checks]
     several = [
         {"description": "a sweep, as in 10,20,30", "type": "string"},
-        {"description": "a sweep over these values", "type": "array", "items": {"anyOf": [*alternatives, {"type": "string"}]}},
+        {
+            "description": "a sweep over these values",
+            "type": "array",
+            "items": {"anyOf": [*alternatives, {"type": "string"}]},
+        },
     ]
     return words | {"anyOf": [*alternatives, *several]}
 

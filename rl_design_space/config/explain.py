@@ -17,7 +17,7 @@ from omegaconf.errors import (
     OmegaConfBaseException,
 )
 from pydantic import ValidationError
-from yaml import MarkedYAMLError
+from yaml import MarkedYAMLError, YAMLError
 
 from rl_design_space.config import user_config
 from rl_design_space.config.grammar import not_understood
@@ -50,13 +50,15 @@ def explain(error: Exception) -> ConfigError | None:
         error.__cause__, (ConfigAttributeError, ConfigKeyError)
     ):
         return unknown_key(error.__cause__)
+    if isinstance(error, ConfigCompositionException) and isinstance(error.__cause__, OmegaConfBaseException):
+        return explain(error.__cause__)
     if isinstance(error, (ConfigAttributeError, ConfigKeyError)):
         return unknown_key(error)
     if isinstance(error, MissingMandatoryValue):
         return ConfigError.at(str(error.full_key), "???", "needs a value")
     if isinstance(error, OmegaConfBaseException) and error.full_key:
         return ConfigError(f"{error.full_key}: {str(error).splitlines()[0]}")
-    if isinstance(error, MarkedYAMLError):
+    if isinstance(error, YAMLError):
         return _not_yaml(error)
     if isinstance(error, OSError) and error.filename:
         return ConfigError(f"{error.filename}: {error.strerror}; outputs=DIR writes elsewhere")
@@ -76,11 +78,13 @@ def _raised_by_hydra(error: Exception) -> bool:
     while trace and trace.tb_next:
         trace = trace.tb_next
     module = trace.tb_frame.f_globals.get("__name__", "") if trace else ""
-    return module.partition(".")[0] in ("hydra", "omegaconf", "antlr4")
+    return module.partition(".")[0] in ("hydra", "omegaconf", "antlr4", "yaml")
 
 
-def _not_yaml(error: MarkedYAMLError) -> ConfigError:
+def _not_yaml(error: YAMLError) -> ConfigError:
     """Return an error with the place of a YAML error, and where the faulty block starts: parsers notice it later."""
+    if not isinstance(error, MarkedYAMLError):
+        return ConfigError(" ".join(str(error).split()))
     mark = error.problem_mark or error.context_mark
     context = f" {error.context}" if error.context else ""
     begun = f" that begins in line {error.context_mark.line + 1}" if context and error.context_mark else ""

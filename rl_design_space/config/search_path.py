@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from hydra._internal.sources_registry import SourcesRegistry
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 
 from rl_design_space._paths import CONF
 from rl_design_space.config.user_config import user_folder
+from rl_design_space.config.yaml_files import YamlFiles
 
 
 class UserConfigFirst(SearchPathPlugin):
@@ -21,5 +23,6 @@ class UserConfigFirst(SearchPathPlugin):
 
 
 def look_in_user_folder_first() -> None:
-    """Register the plugin, which lies outside the folders that Hydra searches for plugins."""
+    """Register the plugin, which lies outside the folders that Hydra searches for plugins, and the reader of files."""
     Plugins.instance().register(UserConfigFirst)
+    SourcesRegistry.instance().types[YamlFiles.scheme()] = YamlFiles
