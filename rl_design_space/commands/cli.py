@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 
 import hydra
@@ -12,6 +11,8 @@ from hydra.types import RunMode
 from omegaconf import DictConfig
 
 from rl_design_space._paths import CONF, make_plugins_known
+from rl_design_space._version import __version__
+from rl_design_space.commands.interrupts import handle_interrupts
 from rl_design_space.commands.invocation import Invocation, current_invocation, running
 from rl_design_space.commands.messages import shown_as_messages
 from rl_design_space.config import user_config
@@ -21,11 +22,14 @@ def main() -> None:
     """Run the command; errors that a user can fix are shown as one message, with exit status 2."""
     from rl_design_space.commands import words
 
+    handle_interrupts()
     with shown_as_messages():
         folder, arguments = user_config.take_flag(sys.argv[1:])
         user_config.use(folder)
         if arguments[:1] and arguments[0] in words.names():
             words.run(arguments[0], arguments[1:])
+        elif "--version" in arguments:
+            print(f"rl-design-space {__version__}")
         elif {"-h", "--help"} & set(arguments):
             _show_help(arguments)
         else:
@@ -53,33 +57,27 @@ def _run(arguments: list[str]) -> None:
 
     Raises:
         ConfigError: the arguments contradict each other, or select no point.
-        SystemExit: with status 1 if a point failed or records are pending, with 130 after Ctrl-C.
+        SystemExit: with status 1 if a point failed or records are pending.
     """
     from rl_design_space.commands.command_line import read_command_line
     from rl_design_space.config.search_path import look_in_user_folder_first
 
     make_plugins_known()
-    # SIGTERM, which batch systems send, ends a sweep like Ctrl-C: all recorded results are kept.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        line = read_command_line(arguments)
-        if line.runs:
-            user_config.tell_of_shadowing()
-        look_in_user_folder_first()
-        _share_config_store()
-        sys.argv[1:] = line.for_hydra
-        with running(Invocation(line)) as invocation:
-            application()
-        if line.foreign and not invocation.jobs:
-            # Either the sweep is empty, or its launcher runs the jobs in other processes.
-            from rl_design_space.commands.foreign_sweep import refuse_empty_sweep
+    line = read_command_line(arguments)
+    if line.runs:
+        user_config.tell_of_shadowing()
+    look_in_user_folder_first()
+    _share_config_store()
+    sys.argv[1:] = line.for_hydra
+    with running(Invocation(line)) as invocation:
+        application()
+    if line.foreign and not invocation.jobs:
+        # Either the sweep is empty, or its launcher runs the jobs in other processes.
+        from rl_design_space.commands.foreign_sweep import refuse_empty_sweep
 
-            refuse_empty_sweep(line)
-        if invocation.failed:
-            sys.exit(1)
-    except KeyboardInterrupt:
-        print("interrupted; run the same command again to continue", file=sys.stderr)
-        sys.exit(130)
+        refuse_empty_sweep(line)
+    if invocation.failed:
+        sys.exit(1)
 
 
 def _show_help(arguments: list[str]) -> None:

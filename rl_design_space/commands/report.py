@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rl_design_space.commands.interrupts import handle_interrupts
 from rl_design_space.commands.messages import shown_as_messages
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
@@ -21,6 +22,7 @@ def main() -> None:
     """Write a report; an error that the user can fix is one message and exit status 2."""
     from rl_design_space.commands import figure_words
 
+    handle_interrupts()
     with shown_as_messages():
         folder, typed = user_config.take_flag(sys.argv[1:])
         user_config.use(folder)
