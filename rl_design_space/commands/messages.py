@@ -6,6 +6,7 @@ import errno
 import io
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TextIO
@@ -15,6 +16,8 @@ from rl_design_space.commands.interrupts import INTERRUPTED
 _FULL_ERROR = "HYDRA_FULL_ERROR"
 #: Whether the user asked for tracebacks; read before `shown_as_messages` sets the variable itself.
 _TRACEBACKS = os.environ.get(_FULL_ERROR, "0") not in ("", "0")
+#: Warnings that Python does not show by default.
+_HIDDEN = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)
 #: Errors of a medium that is full or broken.
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 #: Exit status of a command whose output is no longer read, as in `… | head`: that of a process that SIGPIPE ends.
@@ -30,6 +33,7 @@ def shown_as_messages() -> Iterator[None]:
     """
     # With this variable set, Hydra raises errors instead of printing them and exiting with status 1.
     os.environ[_FULL_ERROR] = "1"
+    _warn_without_raising()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
@@ -47,6 +51,18 @@ def shown_as_messages() -> Iterator[None]:
         if _TRACEBACKS or (status := _show(error)) is None:
             raise
         sys.exit(status)
+
+
+def _warn_without_raising() -> None:
+    """Undo that warnings are errors, as with PYTHONWARNINGS=error, in this process and those that it starts.
+
+    Libraries warn of their own deprecations; as errors, these would keep a store from being opened.
+    """
+    if any(option.startswith("error") for option in sys.warnoptions):
+        warnings.simplefilter("default")
+        for category in _HIDDEN:
+            warnings.simplefilter("ignore", category)
+        os.environ["PYTHONWARNINGS"] = ",".join(["default", *(f"ignore::{category.__name__}" for category in _HIDDEN)])
 
 
 def _show(error: Exception) -> int | None:

@@ -91,7 +91,9 @@ class MlflowTracking:
 
     def open(self, command: str = "rl-design-space", delivery: BackgroundDelivery | None = None) -> Tracker:
         from rl_design_space.tracking.mlflow_tracker import MlflowTracker
+        from rl_design_space.tracking.schema import check_schema
 
+        check_schema(self.address)
         return MlflowTracker(
             self.address,
             Path(self.spool),

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-import yaml
-
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking.tags import FINGERPRINT_TAG, studies_of
@@ -18,10 +16,10 @@ if TYPE_CHECKING:
 
     from rl_design_space.tracking.found_run import FoundRun
 
-#: Plain integers and decimals, which need no YAML parser: it takes 40 µs for each.
+#: Numbers as Python writes them. Anything else is text, such as 010, 1:30 and 2020-01-01, which YAML would convert.
 _INTEGER, _DECIMAL = re.compile(r"-?(0|[1-9]\d*)"), re.compile(r"-?\d+\.\d*")
-#: A number as Python writes it and YAML 1.1 takes for text.
-_EXPONENT = re.compile(r"-?\d+e[+-]\d+")
+_EXPONENT = re.compile(r"-?\d+(\.\d+)?e[+-]?\d+")
+_TRUTH = {"true": True, "false": False}
 #: Suffix of the param that identifies the code of a user's own component; the rest is the name of the option.
 _SOURCE = ".source"
 #: Columns of a frame of runs that are neither params nor scalars; its index is `run_id`.
@@ -118,12 +116,7 @@ def typed(text: str | None) -> Any:
         return int(text)
     if _DECIMAL.fullmatch(text):
         return float(text)
-    try:
-        value = yaml.safe_load(text)
-        value = float(value) if isinstance(value, str) and _EXPONENT.fullmatch(value) else value
-    except yaml.YAMLError:
-        return text
-    return value if isinstance(value, (int, float, bool)) else text
+    return float(text) if _EXPONENT.fullmatch(text) else _TRUTH.get(text.lower(), text)
 
 
 def _times(milliseconds: Iterable[int]) -> pd.DatetimeIndex:

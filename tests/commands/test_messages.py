@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import warnings
 from collections.abc import Callable
 from io import BytesIO, TextIOWrapper
 from pathlib import Path
@@ -87,6 +88,15 @@ def test_characters_that_a_terminal_does_not_know_are_replaced(monkeypatch: pyte
         print("probability ε")
         Terminal().print("− 5", highlight=False)
     assert written.getvalue() == b"probability ?\n? 5\n"
+
+
+def test_warnings_of_libraries_are_no_errors(monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder):
+    monkeypatch.setattr("sys.warnoptions", ["error"])
+    monkeypatch.setenv("PYTHONWARNINGS", "error")
+    with warnings.catch_warnings(), shown_as_messages():
+        warnings.simplefilter("error", append=True)
+        warnings.warn("deprecated", DeprecationWarning, stacklevel=1)
+    assert os.environ["PYTHONWARNINGS"].startswith("default,ignore::DeprecationWarning,")
 
 
 def test_any_other_error_passes():

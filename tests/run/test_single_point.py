@@ -45,9 +45,7 @@ def test_the_error_of_a_component_is_one_line_with_its_place(monkeypatch: pytest
 
     monkeypatch.setattr("rl_design_space.learning.simulate", simulate)
     tracker = MemoryTracker()
-    with pytest.raises(
-        PointFailedError, match=r"^NameError: name 'undefined' is not defined \(.*single_point.*\)$"
-    ):
+    with pytest.raises(PointFailedError, match=r"^NameError: name 'undefined' is not defined \(.*single_point.*\)$"):
         run_point(PLANNED, tracker, 1)
     assert tracker.locked == set()
     assert tracker.runs == {}
