@@ -12,6 +12,7 @@ from omegaconf import DictConfig
 
 from rl_design_space._paths import CONF, make_plugins_known
 from rl_design_space._version import __version__
+from rl_design_space.commands import completion
 from rl_design_space.commands.interrupts import handle_interrupts
 from rl_design_space.commands.invocation import Invocation, current_invocation, running
 from rl_design_space.commands.messages import shown_as_messages
@@ -23,6 +24,9 @@ def main() -> None:
     from rl_design_space.commands import words
 
     handle_interrupts()
+    if (completed := completion.answer(sys.argv[1:])) is not None:
+        print(completed)
+        return
     with shown_as_messages():
         folder, arguments = user_config.take_flag(sys.argv[1:])
         user_config.use(folder)

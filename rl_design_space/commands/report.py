@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rl_design_space.commands import completion
 from rl_design_space.commands.interrupts import handle_interrupts
 from rl_design_space.commands.messages import shown_as_messages
 from rl_design_space.config import user_config
@@ -23,6 +24,9 @@ def main() -> None:
     from rl_design_space.commands import figure_words
 
     handle_interrupts()
+    if (completed := completion.answer(sys.argv[1:])) is not None:
+        print(completed)
+        return
     with shown_as_messages():
         folder, typed = user_config.take_flag(sys.argv[1:])
         user_config.use(folder)

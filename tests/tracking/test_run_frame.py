@@ -10,8 +10,10 @@ from rl_design_space.tracking.values import param
 
 @pytest.mark.parametrize(
     "value",
-    [*(0, -3, 10**20, 0.5, -2.0, 1e-05, 2.5e-07, 1e22, True, False), *("ad_hoc", "010", "1:30", "2020-99-99", "1_000")]
-    + ["2020-01-01", "yes", "", "null", "0x1f", ".5.", "inf", "[1, 2]", "a: b", "!x", "{"],
+    [
+        *(0, -3, 10**20, 0.5, -2.0, 1e-05, 2.5e-07, 1e22, True, False, "ad_hoc", "010", "1:30", "2020-99-99", "1_000"),
+        *("2020-01-01", "yes", "", "null", "0x1f", ".5.", "inf", "[1, 2]", "a: b", "!x", "{"),
+    ],
     ids=str,
 )
 def test_a_param_has_the_value_that_was_recorded(value: object):
