@@ -68,7 +68,7 @@ def explain(error: Exception) -> ConfigError | None:
         return ConfigError(" ".join(str(error).split()))
     if _raised_by_hydra(error):
         reason = " ".join(f"{type(error).__name__}: {error}".removesuffix(": ").split())
-        return ConfigError(f"Hydra cannot compose these overrides and files ({reason}); HYDRA_FULL_ERROR=1 shows where")
+        return ConfigError(f"Hydra cannot use these arguments or files ({reason}); HYDRA_FULL_ERROR=1 shows where")
     return None
 
 
@@ -94,6 +94,8 @@ def _not_yaml(error: YAMLError) -> ConfigError:
 
 def unknown_option(group: str, option: str, known: Iterable[str]) -> ConfigError:
     """Return an error for an unknown option, with a config folder that has it, or else the most similar option."""
+    if not group:
+        return ConfigError(f"{option}: there is no such config file")
     if extra := _EXTRAS.get((group, option)):
         return ConfigError.at(group, option, f"not installed; pip install '{extra}' adds it")
     if folder := user_config.unused(group, option):
