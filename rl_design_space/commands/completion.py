@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 
 from rl_design_space.config import user_config
-from rl_design_space.config.overrides import is_override, is_setting
 
 #: A request of a shell, as the argument after `-sc`, and commands that this completes.
 _QUERY = re.compile(r"query=(bash|zsh|fish)")
@@ -57,6 +56,7 @@ def suggestions(line: str) -> list[str]:
 def _command(words: Sequence[str], last: str) -> Iterator[str]:
     """Yield what may follow the words of `rl-design-space`."""
     from rl_design_space.commands import words as command_words
+    from rl_design_space.config.overrides import is_override, is_setting
 
     word = words[0] if words and words[0] in command_words.names() else ""
     if not words:
@@ -94,6 +94,7 @@ def _report(words: Sequence[str], last: str) -> Iterator[str]:
     from rl_design_space.catalogue.overview import reported_studies
     from rl_design_space.catalogue.search import searched
     from rl_design_space.commands import figure_words
+    from rl_design_space.config.overrides import is_setting
 
     if not words:
         yield from (*figure_words.WORDS, "all")

@@ -9,11 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rl_design_space._version import __version__
-from rl_design_space.commands import completion
 from rl_design_space.commands.interrupts import handle_interrupts
 from rl_design_space.commands.messages import shown_as_messages
 from rl_design_space.config import user_config
-from rl_design_space.config.overrides import is_override
 from rl_design_space.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -23,13 +21,13 @@ if TYPE_CHECKING:
 
 def main() -> None:
     """Write a report; an error that the user can fix is one message and exit status 2."""
-    from rl_design_space.commands import figure_words
-
     handle_interrupts()
-    if (completed := completion.answer(sys.argv[1:])) is not None:
-        print(completed)
-        return
     with shown_as_messages():
+        from rl_design_space.commands import completion, figure_words
+
+        if (completed := completion.answer(sys.argv[1:])) is not None:
+            print(completed)
+            return
         folder, typed = user_config.take_flag(sys.argv[1:])
         user_config.use(folder)
         user_config.tell_of_shadowing()
@@ -50,6 +48,8 @@ def _check_first(typed: list[str]) -> None:
     Raises:
         ConfigError: the first argument is a setting.
     """
+    from rl_design_space.config.overrides import is_override
+
     if typed and is_override(typed[0]):
         name = next((word for word in typed if not word.startswith("-") and not is_override(word)), "table4")
         raise ConfigError(f"{typed[0]}: the name of a report comes first, as in `rl-design-report {name} {typed[0]}`")

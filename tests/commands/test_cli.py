@@ -225,7 +225,7 @@ def test_an_interrupted_study_is_killed_and_continues_later(default_run: Complet
         for _ in range(5):  # as impatient people do
             process.send_signal(signal.SIGINT)
         done = finished(process)
-    assert done.returncode == 130, done
+    assert done.returncode in (130, -signal.SIGINT), done
     assert done.stderr.splitlines()[-1].startswith("interrupted; run the same command again")
     assert "Traceback" not in done.stderr
     assert runs(folder, "sweeps")[-1] == ("table4", "KILLED")
