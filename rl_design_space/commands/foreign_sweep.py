@@ -23,7 +23,7 @@ from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import union
 from rl_design_space.run.objective import objective_value
-from rl_design_space.run.outcome import Outcome
+from rl_design_space.run.outcome import Outcome, PointFailedError
 from rl_design_space.run.runner import missing, run_sweep
 from rl_design_space.run.settings import build_settings
 from rl_design_space.tracking.tracker import StoredRun
@@ -107,5 +107,5 @@ def _job_return(planned: PlannedPoint, objectives: Mapping[str, float], outcome:
         done.status, done.return_value = JobStatus.COMPLETED, objectives[planned.fingerprint]
     else:
         reason = outcome.failed.get(planned.fingerprint, "not run, because another point failed")
-        done.status, done.return_value = JobStatus.FAILED, RuntimeError(f"{planned.name}: {reason}")
+        done.status, done.return_value = JobStatus.FAILED, PointFailedError(f"{planned.name}: {reason}")
     return done

@@ -77,7 +77,9 @@ def _raised_by_hydra(error: Exception) -> bool:
     trace = error.__traceback__
     while trace and trace.tb_next:
         trace = trace.tb_next
-    module = trace.tb_frame.f_globals.get("__name__", "") if trace else ""
+    if trace is None or trace.tb_frame.f_code.co_name == "return_value":  # Hydra passes on the error of a job
+        return False
+    module: str = trace.tb_frame.f_globals.get("__name__", "")
     return module.partition(".")[0] in ("hydra", "omegaconf", "antlr4", "yaml")
 
 

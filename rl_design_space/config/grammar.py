@@ -132,6 +132,8 @@ def _elements(override: Override) -> list[Any]:
 
 def _names_options(value: Any) -> bool:
     """Return whether a value names an option, or several, as Hydra accepts them."""
+    if isinstance(value, dict):
+        return True  # the content of an option
     names = value if isinstance(value, list) else [value]
     return all(isinstance(name, str) and name not in ("", "???") for name in names)
 

@@ -7,7 +7,7 @@ from io import StringIO
 from pathlib import Path
 
 import yaml
-from hydra._internal.core_plugins.file_config_source import FileConfigSource
+from hydra._internal.core_plugins import file_config_source
 from hydra.plugins.config_source import ConfigResult, ConfigSource
 from omegaconf import OmegaConf
 
@@ -20,8 +20,8 @@ _OCTAL, _SEXAGESIMAL = re.compile(r"[-+]?0[0-7_]+"), re.compile(r"[-+]?[0-9][0-9
 _MAYBE = re.compile(r"(?<![\w.])0[0-7_]+(?![\w.])|\d:[0-5]?\d")
 
 
-class YamlFiles(FileConfigSource):
-    """Hydra's source of config files in folders, with errors that name the file.
+class FileConfigSource(file_config_source.FileConfigSource):
+    """Hydra's source of config files in folders, with errors that name the file; it has to have the name of Hydra's.
 
     A byte-order mark is skipped; Hydra would not see the `# @package` behind it.
     """

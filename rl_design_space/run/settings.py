@@ -8,7 +8,6 @@ from dataclasses import MISSING, fields
 from typing import Annotated, Any, Literal
 
 import hydra
-from hydra.errors import HydraException
 from omegaconf import DictConfig
 from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic.dataclasses import dataclass
@@ -17,6 +16,7 @@ from rl_design_space._strict import STRICT
 from rl_design_space.config.build import build_component, construct
 from rl_design_space.config.compose import CONFIG_NAME, shipped_config
 from rl_design_space.config.explain import explain
+from rl_design_space.config.grammar import parse
 from rl_design_space.config.overrides import SETTINGS, is_setting
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.cores import available_threads
@@ -94,10 +94,11 @@ def settings_of(overrides: Sequence[str]) -> Settings:
     for override in overrides:
         if not is_setting(override):
             raise ConfigError(f"{override}: not a setting; this command takes {'=…, '.join(SETTINGS[:3])}=…")
+    parse(overrides)
     with shipped_config():
         try:
             return build_settings(hydra.compose(CONFIG_NAME, list(overrides)))
-        except HydraException as error:
+        except Exception as error:
             raise explain(error) or error from error
 
 

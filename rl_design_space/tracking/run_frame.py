@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _INTEGER, _DECIMAL = re.compile(r"-?(0|[1-9]\d*)"), re.compile(r"-?\d+\.\d*")
 _EXPONENT = re.compile(r"-?\d+(\.\d+)?e[+-]?\d+")
 _TRUTH = {"true": True, "false": False}
+#: Number of characters that no number has; Python refuses to convert thousands of digits.
+_LONGEST = 400
 #: Suffix of the param that identifies the code of a user's own component; the rest is the name of the option.
 _SOURCE = ".source"
 #: Columns of a frame of runs that are neither params nor scalars; its index is `run_id`.
@@ -110,8 +112,8 @@ def filtered(found: Sequence[FoundRun], text: str) -> list[FoundRun]:
 @lru_cache(maxsize=4096)
 def typed(text: str | None) -> Any:
     """Return a param as it was before MLflow made text of it; lists stay text, so that runs can be grouped by them."""
-    if text is None:
-        return None
+    if text is None or len(text) > _LONGEST:
+        return text
     if _INTEGER.fullmatch(text):
         return int(text)
     if _DECIMAL.fullmatch(text):

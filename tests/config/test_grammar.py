@@ -37,7 +37,7 @@ HINT = "overrides look like key=value, e.g. exploration.k=0.02"
         *(
             (text, "name exactly one option")
             for text in (
-                *("world=10", "world=null", "world=[inf,1]", "world={a:1}", 'world=""', "world=[???]"),
+                *("world=10", "world=null", "world=[inf,1]", 'world=""', "world=[???]"),
                 *('representation="",a:b:c', "representation=ad_hoc,1", "representation=range(0,3)", "+study=null"),
                 *("world=[[torus]]", "hydra=bool(1)", "hydra/launcher=[null]", "~tracking=0.1", "+world@x=[[torus]]"),
             )
