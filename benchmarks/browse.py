@@ -24,8 +24,8 @@ from benchmarks.processes import run
 from benchmarks.tables import number
 from rl_design_space.learning.measures import CURVES
 from rl_design_space.tracking import MlflowTracking
-from rl_design_space.tracking.connection import analyze
 from rl_design_space.tracking.read import RunReader
+from rl_design_space.tracking.sqlite_file import analyze
 from rl_design_space.tracking.ui_server import serving
 
 _PORT = 5117

@@ -12,8 +12,8 @@ import rl_design_space as rds
 from rl_design_space.learning.measures import CURVES
 from rl_design_space.plan.describe import resolved_config
 from rl_design_space.plan.planner import plan_point
-from rl_design_space.tracking.connection import configure_mlflow
 from rl_design_space.tracking.content import config_file, periods_file
+from rl_design_space.tracking.mlflow_client import configure_mlflow
 from rl_design_space.tracking.record import params
 
 

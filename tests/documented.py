@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import subprocess
 from collections.abc import Iterator
@@ -67,3 +68,20 @@ def run(words: tuple[str, ...], folder: Path) -> Completed:
         text=True,
         timeout=PATIENCE,
     )
+
+
+def commands_as_written(page: Path) -> list[str]:
+    """Return the commands of a page as a reader would copy them, from blocks of `sh` and from inline code."""
+    lines: list[str] = []
+    for token in MarkdownIt("commonmark").enable("table").parse(page.read_text(encoding="utf-8")):
+        if token.type == "fence" and token.info == "sh":
+            lines += token.content.replace("\\\n", " ").splitlines()
+        lines += [child.content for child in token.children or () if child.type == "code_inline"]
+    return [line for line in lines if line.partition(" ")[0] in PROGRAMS]
+
+
+def seen_by_the_shell(line: str) -> str:
+    """Return the characters of a command that a shell, bash or zsh, does not pass on as they are."""
+    unquoted = re.sub(r"\\.|'[^']*'", "", line).partition(" #")[0]
+    expanded = re.findall(r"`|\$(?!\w)", unquoted)  # variables are meant
+    return "".join([*expanded, *re.findall(r"[*?\[\]{}~!;|&<>()]", re.sub(r'"[^"]*"', "", unquoted))])

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.documented import DOCS, File, Typed, parts_of, run
+from tests.documented import DOCS, File, Typed, commands_as_written, parts_of, run, seen_by_the_shell
 from tests.tracking.stores import copy_database
 
 #: Pages with tests of their own: they contain files, or need a server.
 _ELSEWHERE = {"configs.md", "components.md", "python.md", "clusters.md", "server.md"}
+EVERY_PAGE = [*DOCS.rglob("*.md"), DOCS.parent / "README.md", DOCS.parent / "CONTRIBUTING.md"]
 PAGES = [DOCS.parent / "README.md", *(page for page in sorted(DOCS.glob("*.md")) if page.name not in _ELSEWHERE)]
 
 
@@ -55,7 +56,17 @@ def test_the_commands_of_a_page_work(page: Path, folder: Path, already: set[Type
         assert done.stdout
 
 
-@pytest.mark.parametrize("page", [*DOCS.rglob("*.md"), DOCS.parent / "README.md", DOCS.parent / "CONTRIBUTING.md"])
+@pytest.mark.parametrize("page", EVERY_PAGE, ids=lambda page: page.stem)
+def test_commands_reach_the_program_as_they_are_written(page: Path):
+    assert {line: seen for line in commands_as_written(page) if (seen := seen_by_the_shell(line))} == {}
+
+
+def test_what_a_shell_would_take_for_itself_is_found():
+    assert seen_by_the_shell('report --filter "params.`world.size` = 1"  # a `comment`') == "``"
+    assert seen_by_the_shell("rl-design-space x=[1] 'y=[2]' z=$HOME \"a;b\"") == "[]"
+
+
+@pytest.mark.parametrize("page", EVERY_PAGE, ids=lambda page: page.stem)
 def test_links_lead_to_existing_files(page: Path):
     for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text(encoding="utf-8")):
         if not target.startswith("http"):

@@ -71,6 +71,9 @@ def test_a_study_is_learned_again_where_code_has_changed_and_is_reported(command
     write(folder, "way.py", "# A comment.\n" + WAY)
     assert "0 learned now, 2 before" in command("rl-design-space", "study=mine", **named).stdout
     write(folder, "offsets.py", "SHIFT = 1\n")
+    planned = command("rl-design-space", "study=mine", "plan=true", **named).stdout
+    assert "1 recorded already, 1 to run" in planned
+    assert "- 1 runs again, because its run has other code of representation=way\n" in planned
     assert "1 learned now, 1 before" in command("rl-design-space", "study=mine", **named).stdout
     found = sources(folder)
     assert len(set(found)) == len(found) == 2
@@ -80,7 +83,9 @@ def test_a_study_is_learned_again_where_code_has_changed_and_is_reported(command
     drawn = command("rl-design-report", "--config-dir", "project/conf", *HEATMAP)
     text = (folder / Path(drawn.stdout.splitlines()[-1])).read_text(encoding="utf-8")
     assert f"Made by `rl-design-report --config-dir project/conf {' '.join(HEATMAP)} " in text
-    assert "Left out: 1 of 3 runs, of components whose code was changed since." in text
+    note = "eft out: 1 of 3 runs, recorded with earlier code of representation=way"
+    assert f"L{note}." in text
+    assert drawn.stderr == f"l{note}; to include them, name their code, as in --rows representation.source\n"
     differ = command("rl-design-report", *HEATMAP, "--filter=params.`representation.source` like '%'", status=2)
     assert differ.stderr.startswith("error: representation.source: 2 runs of one cell ")
     nothing = command("rl-design-report", "mine", "task.trials=99", "-cd", "project/conf", status=2)

@@ -1,90 +1,96 @@
-"""Parameters in which runs differ, and means over runs and their periods."""
+"""Means over designs, each over the periods of all its seeds, with their intervals."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval, resample_weights
+from rl_design_space.analysis.pooling import Pool, Repetition
+from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval
 from rl_design_space.learning.measures import Measure
 from rl_design_space.learning.result import LearningCurves
 
-#: Every choice of a point by its name; choices that its options do not have are missing.
-Parameters = Mapping[str, Any]
 
-
-def differing(points: Sequence[Parameters], beside: Collection[str] = ()) -> list[str]:
-    """Return the parameters in which points differ.
-
-    A value that follows from an option is left out if the option itself differs: `reward.step` adds nothing to `reward`
-    if each reward has one `reward.step`.
-
-    Args:
-        points: parameters of each point.
-        beside: parameters that are known to differ.
-    """
-    names = dict.fromkeys(name for point in points for name in point)
-    vary = [name for name in names if len({point.get(name) for point in points}) > 1]
-    return [name for name in vary if name not in beside and not _decided_by_option(name, points, {*vary, *beside})]
-
-
-def _decided_by_option(name: str, points: Iterable[Parameters], vary: Collection[str]) -> bool:
-    option, dot, _ = name.partition(".")
-    if not dot or option not in vary:
-        return False
-    values: dict[Any, set[Any]] = {}
-    for point in points:
-        values.setdefault(point.get(option), set()).add(point.get(name))
-    return all(len(each) == 1 for each in values.values())
-
-
-def mean_of_runs(runs: Sequence[FloatArray], strata: Sequence[Hashable]) -> Estimate:
-    """Return the mean over runs of the mean over their periods, with its 95 % bootstrap interval over periods.
+def mean_of_runs(runs: Sequence[FloatArray], repetitions: Sequence[Repetition]) -> Estimate:
+    """Return the mean over designs of the mean over their periods, with its 95 % bootstrap interval.
 
     Args:
         runs: (periods,) values of each run.
-        strata: stratum of each run; runs of one stratum have the same layouts, so their periods are resampled together.
+        repetitions: where the periods of each run come from.
     """
-    if len(runs) == 1:
-        return mean_estimate(runs[0])
-    value = float(np.mean([run.mean() for run in runs]))
-    if min(map(len, runs)) < 2:
-        return Estimate(value, np.nan, np.nan)
-    low, high = percentile_interval(resampled_means(runs, strata))
-    return Estimate(value, float(low), float(high))
+    pool = Pool(repetitions, [len(run) for run in runs])
+    designs = [pool.pooled(design, runs) for design in range(len(pool.designs))]
+    if pool.is_one_sample:
+        return mean_estimate(designs[0])
+    return _with_interval(float(np.mean([values.mean() for values in designs])), pool, runs)
 
 
-def resampled_means(runs: Sequence[FloatArray], strata: Sequence[Hashable]) -> FloatArray:
-    """Return bootstrap samples of the mean over runs: (resamples, …) for runs of (periods, …)."""
-    sums: dict[Hashable, FloatArray] = {}
-    for run, stratum in zip(runs, strata, strict=True):
-        sums[stratum] = sums[stratum] + run if stratum in sums else run
-    parts = [resample_weights(len(total), seed) @ total for seed, total in enumerate(sums.values())]
-    mean: FloatArray = np.sum(parts, axis=0) / len(runs)
-    return mean
+def curve_of_runs(runs: Sequence[FloatArray], repetitions: Sequence[Repetition]) -> tuple[FloatArray, FloatArray]:
+    """Return the ends of the 95 % bootstrap interval of the mean over designs, (trials,) each; NaN if it is not known.
+
+    Args:
+        runs: (periods, trials) values of each run.
+        repetitions: where the periods of each run come from.
+    """
+    pool = Pool(repetitions, [len(run) for run in runs])
+    if not pool.can_be_resampled:
+        nothing = np.full(runs[0].shape[1], np.nan)
+        return nothing, nothing
+    return percentile_interval(pool.resampled_means(runs))
 
 
-def estimate(measured: Measure, runs: Sequence[LearningCurves], strata: Sequence[Hashable]) -> Estimate:
-    """Return the mean of a measure over runs, with its 95 % bootstrap interval over periods.
+def estimate(measured: Measure, runs: Sequence[LearningCurves], repetitions: Sequence[Repetition]) -> Estimate:
+    """Return the mean over designs of a measure of their periods, with its 95 % bootstrap interval.
 
     Args:
         measured: the measure.
         runs: results of the runs.
-        strata: stratum of each run; runs of one stratum have the same layouts, so their periods are resampled together.
+        repetitions: where the periods of each run come from.
     """
     each = [values for run in runs if (values := measured.each(run)) is not None]
     if each:
-        return mean_of_runs(each, strata)
-    seeds = {stratum: seed for seed, stratum in enumerate(dict.fromkeys(strata))}
-    value = np.mean([measured.samples(run, np.full((1, len(run.steps)), 1 / len(run.steps))) for run in runs])
-    if min(len(run.steps) for run in runs) < 2:
+        return mean_of_runs(each, repetitions)
+    pool = Pool(repetitions, [len(run.steps) for run in runs])
+    designs = [_pooled(pool, design, runs) for design in range(len(pool.designs))]
+    value = np.mean([measured.samples(result, _equal(len(result.steps))) for result in designs])
+    if not pool.can_be_resampled:
         return Estimate(float(value), np.nan, np.nan)
-    resampled = [
-        measured.samples(run, resample_weights(len(run.steps), seeds[stratum]))
-        for run, stratum in zip(runs, strata, strict=True)
+    samples = [
+        np.mean([measured.samples(result, of) for result, of in zip(designs, weights, strict=True)], axis=0)
+        for weights in pool.weights()
     ]
-    low, high = percentile_interval(np.mean(resampled, axis=0))
+    low, high = percentile_interval(np.concatenate(samples))
     return Estimate(float(value), float(low), float(high))
+
+
+def pooled(runs: Sequence[LearningCurves]) -> LearningCurves:
+    """Return the periods of several seeds of one design as one result."""
+    if len(runs) == 1:
+        return runs[0]
+    together: dict[str, Any] = {name: np.concatenate([getattr(run, name) for run in runs]) for name in _OF_PERIODS}
+    return replace(runs[0], **together, seconds=sum(run.seconds for run in runs))
+
+
+#: Arrays of a result that have a row for each period.
+_OF_PERIODS = ("steps", "success", "optimum", "rows")
+
+
+def _pooled(pool: Pool, design: int, runs: Sequence[LearningCurves]) -> LearningCurves:
+    """Return the result of a design, its periods in the order in which they are resampled."""
+    together: dict[str, Any] = {name: pool.pooled(design, [getattr(run, name) for run in runs]) for name in _OF_PERIODS}
+    return replace(runs[pool.designs[design][0]], **together)
+
+
+def _with_interval(value: float, pool: Pool, runs: Sequence[FloatArray]) -> Estimate:
+    if not pool.can_be_resampled:
+        return Estimate(value, np.nan, np.nan)
+    low, high = percentile_interval(pool.resampled_means(runs))
+    return Estimate(value, float(low), float(high))
+
+
+def _equal(periods: int) -> FloatArray:
+    return np.full((1, periods), 1 / periods)

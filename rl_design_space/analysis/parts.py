@@ -19,6 +19,7 @@ from rl_design_space._strict import STRICT
 from rl_design_space.analysis.claims import Tested, exact, in_range
 from rl_design_space.analysis.statistics import resample_weights
 from rl_design_space.design import Representation, Torus, World, cell_count
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import ALIASES, MEASURES, measure
 from rl_design_space.learning.result import LearningCurves
 
@@ -106,7 +107,7 @@ class Level(_Ranged):
 
     def test(self, data: Data) -> Tested:
         recorded = data.one(self.point)
-        return self._tested(*(measure(self.measure).samples(recorded, weights) for weights in _weights(recorded)))
+        return self._tested(*(_samples(self.measure, recorded, weights) for weights in _weights(recorded)))
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -144,7 +145,7 @@ class Difference(_OfTwo):
     """A measure of one point minus that of another; see `_OfTwo`."""
 
     def _compared(self, one: LearningCurves, other: LearningCurves, weights: FloatArray) -> FloatArray:
-        return measure(self.measure).samples(one, weights) - measure(self.measure).samples(other, weights)
+        return _samples(self.measure, one, weights) - _samples(self.measure, other, weights)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -221,7 +222,7 @@ class ExplorationOverExploration(_Ranged):
         return self._tested(*(self._exploration(ones, w) / self._exploration(others, w) for w in _weights(some)))
 
     def _exploration(self, points: Mapping[Any, LearningCurves], weights: FloatArray) -> FloatArray:
-        measures = np.array([measure(self.measure).samples(recorded, weights) for recorded in points.values()])
+        measures = np.array([_samples(self.measure, recorded, weights) for recorded in points.values()])
         exploration = np.array([recorded.epsilon.sum() for recorded in points.values()])
         chosen: FloatArray = exploration[measures.argmin(axis=0)]
         return chosen
@@ -248,10 +249,24 @@ class KnownObservations(_Ranged):
         return set(np.unique(self.representation.observation(world, goals)).tolist())
 
 
+def _samples(name: str, recorded: LearningCurves, weights: FloatArray) -> FloatArray:
+    """Return a measure of a point under each weighting of the periods.
+
+    Raises:
+        ConfigError: the weights are those of points with another number of periods.
+    """
+    if len(recorded.steps) != weights.shape[1]:
+        raise ConfigError(
+            f"seed, task.periods: points of {weights.shape[1]} and {len(recorded.steps)} periods cannot be compared in "
+            "pairs; a claim needs points with the same seeds and numbers of periods"
+        )
+    return measure(name).samples(recorded, weights)
+
+
 def _over(name: str, one: LearningCurves, other: LearningCurves, weights: FloatArray) -> FloatArray:
     """Return a measure of one point over that of another; NaN where both are 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio: FloatArray = measure(name).samples(one, weights) / measure(name).samples(other, weights)
+        ratio: FloatArray = _samples(name, one, weights) / _samples(name, other, weights)
     return ratio
 
 

@@ -13,6 +13,8 @@ from scipy import stats
 from rl_design_space._arrays import FloatArray
 
 RESAMPLES = 5000
+#: Resampled values that are held in memory at once; it does not change which are drawn.
+_AT_ONCE = 10_000_000
 
 
 class Estimate(NamedTuple):
@@ -38,7 +40,9 @@ def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
     if np.ptp(values) == 0:
         return Estimate(mean, mean, mean)
     rng = np.random.default_rng(seed)
-    interval = stats.bootstrap((values,), np.mean, n_resamples=RESAMPLES, method="BCa", rng=rng).confidence_interval
+    batch = max(1, _AT_ONCE // len(values)) if len(values) * RESAMPLES > _AT_ONCE else None
+    found = stats.bootstrap((values,), np.mean, n_resamples=RESAMPLES, batch=batch, method="BCa", rng=rng)
+    interval = found.confidence_interval
     return Estimate(mean, float(interval.low), float(interval.high))
 
 

@@ -57,4 +57,6 @@ def _run_point(config: DictConfig, invocation: Invocation) -> float:
     if delivery.pending:
         console.print(pending_line(delivery, tracker.location), markup=False, soft_wrap=True)
         invocation.failed = True
+    if delivery.note:
+        console.print(delivery.note, markup=False, soft_wrap=True)
     return objective_value(settings.objective, stored.scalars)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -13,6 +14,9 @@ from rl_design_space.catalogue.options import NOT_GIVEN, Choice, Option, Paramet
 from rl_design_space.catalogue.studies import StudyEntry
 from rl_design_space.catalogue.wording import kind_in_words, range_in_words
 from rl_design_space.commands.terminal import plan_lines, plan_table
+
+#: Characters of a default that a table shows, and what stands for the rest.
+_LONGEST, _CUT = 200, " …"
 
 
 def choice_table(choices: Sequence[Choice]) -> Table:
@@ -39,7 +43,9 @@ def parameter_table(parameters: Iterable[Parameter], first: str = "parameter") -
     table.add_column("default", overflow="fold")
     table.add_column("description", overflow="fold", ratio=1)
     for each in parameters:
-        default = "" if each.default is NOT_GIVEN else as_yaml(each.default)
+        default = "" if each.default is NOT_GIVEN else _shortened(each.default)
+        if default.endswith(_CUT):
+            table.caption = f"{_CUT.strip()}: shortened; --json shows the whole value"
         row = (each.name, kind_in_words(each.schema), range_in_words(each.schema), default, each.description)
         table.add_row(*map(Text, row))
     return table
@@ -82,6 +88,17 @@ def study_parts(study: StudyEntry) -> Iterable[Table | Text | str]:
     if study.report:
         yield f"report: {study.report}"
     yield f"file: {study.place}"
+
+
+def _shortened(value: Any) -> str:
+    """Return a value as YAML; of a long one, what it begins with."""
+    whole = as_yaml(value)
+    if len(whole) <= _LONGEST:
+        return whole
+    if isinstance(value, Mapping):
+        keys = ", ".join(str(name) for name in value if name != "_target_")
+        return " with ".join(filter(None, (value.get("_target_"), keys))) + _CUT
+    return whole[:_LONGEST].rstrip() + _CUT
 
 
 def _table(first: str) -> Table:

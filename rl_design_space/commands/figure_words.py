@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
+import sys
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -16,6 +17,13 @@ from rl_design_space.errors import ConfigError
 if TYPE_CHECKING:
     from rl_design_space.report.base import Report
 
+#: How to include runs of earlier code.
+_INCLUDING = {
+    "heatmap": "--rows representation.source",
+    "curves": "--by representation.source",
+    "sensitivity": "--where representation.source=…",
+    "compare": "--where representation.source=…",
+}
 #: Words of the command, with what they draw.
 WORDS = {
     "heatmap": "a number by two parameters, as a table of colours",
@@ -44,17 +52,19 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
 
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
-    from rl_design_space.tracking.run_frame import of_newest_code
+    from rl_design_space.tracking.selection import SOURCE
 
-    settings = settings_of(chosen.overrides)
+    where, also_typed = _where(chosen.where)
+    settings = settings_of([*also_typed, *chosen.overrides])
     reader = settings.tracking.reader()
     figure = _figure(word, chosen)
     command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])
-    frame, remarks = reader.frame(chosen.study, chosen.filter), []
-    if not any(".source" in argument for argument in arguments):
-        every, frame = frame, of_newest_code(frame)
-        if left_out := len(every) - len(frame):
-            remarks = [f"Left out: {left_out} of {len(every)} runs, of components whose code was changed since."]
+    of_any_code = any(SOURCE in argument for argument in arguments)
+    frame, left_out = reader.select(chosen.study, chosen.filter, where, outdated=of_any_code)
+    remarks = []
+    if left_out:
+        print(f"{left_out}; to include them, name their code, as in {_INCLUDING[word]}", file=sys.stderr)
+        remarks = [f"{left_out.capitalize()}."]
     runs = Runs.of_frame(frame, reader, command, remarks)
     name = chosen.name or _name(word, figure.heading)
     return figure.write_runs(runs, Path(settings.outputs) / "report" / name)
@@ -84,14 +94,35 @@ def _parser(word: str) -> argparse.ArgumentParser:
         parser.add_argument("b", help="values of the same parameters on the other side")
     if word != "curves":
         parser.add_argument("--value", default="total_steps", help="which scalar (default: %(default)s)")
-    if word in ("heatmap", "curves"):
+    if word != "sensitivity":
         parser.add_argument("--mean", action="store_true", help="average runs that differ in more than their seed")
-    parser.add_argument("--study", help="the runs of a study; all recorded runs if neither this nor --filter is given")
+    parser.add_argument("--study", help="the runs of a study; all recorded runs if nothing chooses among them")
+    where_help = "the runs with these values, as on the command line: exploration=linear world.size=10,20"
+    parser.add_argument("--where", nargs="+", action="extend", default=[], metavar="KEY=VALUE", help=where_help)
     parser.add_argument("--filter", help="the runs that a filter of MLflow finds: \"params.reward = 'end_reward'\"")
     parser.add_argument("--title", default="", help="of the picture")
     parser.add_argument("--name", help="of the files, without suffix")
     parser.add_argument("overrides", nargs="*", help="the store with the runs: outputs=… tracking.uri=…")
     return parser
+
+
+def _where(words: Sequence[str]) -> tuple[dict[str, list[Any]], list[str]]:
+    """Return the values of `--where` by name, and the settings that follow them on the command line.
+
+    Raises:
+        ConfigError: a word is not KEY=VALUE, in Hydra's grammar for sweeps.
+    """
+    import yaml
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+
+    from rl_design_space.config.overrides import is_setting
+    from rl_design_space.plan.grid import axes
+
+    if unknown := [word for word in words if "=" not in word]:
+        raise ConfigError(f"--where {unknown[0]}: should be KEY=VALUE, such as exploration=linear")
+    chosen = axes([word for word in words if not is_setting(word)], OverridesParser.create()) if words else {}
+    where = {key: [yaml.safe_load(each.partition("=")[2]) for each in values] for key, values in chosen.items()}
+    return where, list(filter(is_setting, words))
 
 
 def _figure(word: str, chosen: argparse.Namespace) -> Report:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -24,7 +24,8 @@ from rl_design_space.run.dumps import write_dumps
 from rl_design_space.run.outcome import Outcome, describe_error, summary_run
 from rl_design_space.run.runner import Missing, add_studies, missing, run_sweep
 from rl_design_space.run.settings import Settings, build_settings
-from rl_design_space.tracking.tracker import StoredRun, Tracker
+from rl_design_space.tracking.selection import changed_since
+from rl_design_space.tracking.tracker import Tracker
 
 if TYPE_CHECKING:
     from hydra.plugins.launcher import Launcher
@@ -53,7 +54,7 @@ def sweep(arguments: Sequence[str], params: Mapping[str, str], config: DictConfi
     plan = _plan(overrides, config, settings)
     seconds = {"plan": perf_counter() - started}
     if settings.plan:
-        sweep_output.show_plan(plan, settings, _stored(plan, settings))
+        sweep_output.show_plan(plan, settings, *_recorded(plan, settings))
         return
     tracker = settings.tracking.open(command)
     found = missing(plan, tracker)
@@ -83,13 +84,18 @@ def _plan(overrides: Sequence[str], config: DictConfig, settings: Settings) -> P
     return plan.shard(*settings.shard) if settings.shard else plan
 
 
-def _stored(plan: Plan, settings: Settings) -> Mapping[str, StoredRun]:
-    """Return the recorded runs of a plan, by fingerprint, without creating a store."""
+def _recorded(plan: Plan, settings: Settings) -> tuple[Collection[str], Mapping[str, int]]:
+    """Return the fingerprints of the points that are recorded, and how many others are with other code, by its name.
+
+    No store is created.
+    """
     try:
         reader = settings.tracking.reader()
     except ConfigError:
-        return {}
-    return reader.finished([planned.fingerprint for planned in plan])
+        return (), {}
+    stored = reader.finished([planned.fingerprint for planned in plan])
+    left = [planned for planned in plan if planned.fingerprint not in stored]
+    return stored, changed_since(left, reader.runs()) if left else {}
 
 
 def _run(plan: Plan, found: Missing, tracker: Tracker, settings: Settings, launcher: Launcher, command: str) -> Outcome:

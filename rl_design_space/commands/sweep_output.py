@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from rl_design_space.commands.terminal import (
     console,
@@ -20,13 +20,14 @@ from rl_design_space.run.outcome import Outcome
 from rl_design_space.run.settings import Settings
 
 
-def show_plan(plan: Plan, settings: Settings, recorded: Collection[str]) -> None:
+def show_plan(plan: Plan, settings: Settings, recorded: Collection[str], changed: Mapping[str, int]) -> None:
     """Print the axes of a plan, how its points were counted, and how long the missing points will take.
 
     Args:
         plan: the points of the sweep.
         settings: of the command.
         recorded: fingerprints of the points that have a complete run.
+        changed: numbers of points that have a run of other code only, by what was changed since.
     """
     left = [planned.point for planned in plan if planned.fingerprint not in recorded]
     threads = settings.learning_threads
@@ -39,6 +40,9 @@ def show_plan(plan: Plan, settings: Settings, recorded: Collection[str]) -> None
         console.print(f"part {number} of {of}: {counted(len(plan), 'point')}")
     seconds = duration(expected_seconds(left, threads))
     console.print(f"{len(recorded):,} recorded already, {len(left):,} to run: about {seconds} on {threads} cores")
+    for what, count in changed.items():
+        again = "1 runs again, because its run has" if count == 1 else f"{count:,} run again, because their runs have"
+        console.print(f"- {again} other code of {what}", markup=False, soft_wrap=True)
     console.print("nothing was run; leave out plan=true to run these points", markup=False)
 
 
@@ -63,3 +67,5 @@ def show_pending(outcome: Outcome, location: str) -> None:
     """Print how many records are pending, if any."""
     if outcome.delivery.pending:
         console.print(pending_line(outcome.delivery, location), markup=False, soft_wrap=True)
+    if outcome.delivery.note:
+        console.print(outcome.delivery.note, markup=False, soft_wrap=True)

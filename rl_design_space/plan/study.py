@@ -18,7 +18,7 @@ from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.block import block_overrides
 from rl_design_space.plan.constraint import Constraint, constraints_of
-from rl_design_space.plan.grid import MAX_POINTS, Grid, refuse_large
+from rl_design_space.plan.grid import MAX_POINTS, Grid, axes, refuse_large
 from rl_design_space.plan.plan import Dropped, Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
 
@@ -35,12 +35,14 @@ class Study:
         overrides: overrides of the command line, without `study=…`.
         config: the composed config, with the settings.
         plan: its design points, without duplicates.
+        usual_periods: the most periods of a point without the overrides.
     """
 
     name: str
     overrides: tuple[str, ...]
     config: DictConfig
     plan: Plan
+    usual_periods: int = _PERIODS
 
     @property
     def command(self) -> str:
@@ -54,9 +56,9 @@ class Study:
 
     @property
     def mark(self) -> str:
-        """A note for figures whose points have fewer periods than those of the paper; empty otherwise."""
-        fewest = min((planned.point.task.periods for planned in self.plan), default=_PERIODS)
-        return f"quick look: {fewest} periods instead of {_PERIODS}" if fewest < _PERIODS else ""
+        """A note for figures whose points have fewer periods than the study's file asks for; empty otherwise."""
+        most, usual = _most_periods(self.plan), self.usual_periods
+        return f"quick look: {most} periods instead of {usual}" if most < usual else ""
 
     def report(self) -> Any:
         """Build the report that the study's file describes.
@@ -90,7 +92,29 @@ def load_study(
     planner = planner or Planner()
     overrides = tuple(override for override in overrides if not override.startswith("study="))
     config = planner.composer.config([f"study={name}", *filter(is_setting, overrides)])
-    return Study(name, overrides, config, plan_study(name, config, overrides, planner, included_by))
+    node = plain(config, "study")
+    if isinstance(node, Mapping) and "includes" in node:
+        studies = _included((*included_by, name), node["includes"], overrides, planner)
+        usual = max((each.usual_periods for each in studies if each.plan), default=_PERIODS)
+        return Study(name, overrides, config, _joined(name, studies), usual)
+    plan = plan_study(name, config, overrides, planner)
+    changed = plan and not all(map(is_setting, overrides))
+    return Study(name, overrides, config, plan, _usual_periods(config, planner) if changed else _most_periods(plan))
+
+
+def _most_periods(plan: Plan) -> int:
+    return max((planned.point.task.periods for planned in plan), default=_PERIODS)
+
+
+def _usual_periods(config: DictConfig, planner: Planner) -> int:
+    """Return the most periods of a point as the blocks of a study ask for them."""
+    composer, sweeps = planner.composer, plain(config, "study")["blocks"].values()
+    blocks = [axes(block_overrides(block, (), composer), composer.parser) for block in sweeps]
+    asked = [value for block in blocks for value in block.get("task.periods", ())]
+    periods = [int(value.partition("=")[2]) for value in asked]
+    if not all("task.periods" in block for block in blocks):
+        periods.append(int(plain(config, "task")["periods"]))
+    return max(periods)
 
 
 def plan_study(
@@ -113,7 +137,7 @@ def plan_study(
     node = plain(config, "study")
     blocks = node.get("blocks") if isinstance(node, Mapping) else None
     if isinstance(node, Mapping) and "includes" in node:
-        return _plan_included((*included_by, name), node["includes"], overrides, planner)
+        return _joined(name, _included((*included_by, name), node["includes"], overrides, planner))
     if blocks is None and isinstance(node, Mapping) and "report" in node:
         return Plan([], (name,))  # a report that needs no points
     if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
@@ -137,15 +161,20 @@ def plan_study(
     return plan
 
 
-def _plan_included(names: tuple[str, ...], included: Any, overrides: Sequence[str], planner: Planner) -> Plan:
-    """Return the points of other studies, which also belong to the last of these, which the others include."""
+def _included(names: tuple[str, ...], included: Any, overrides: Sequence[str], planner: Planner) -> list[Study]:
+    """Return the studies that the last of these studies includes, which the others include."""
     name = names[-1]
     if not isinstance(included, list) or not all(isinstance(other, str) and other != name for other in included):
         raise ConfigError(f"study {name}: includes should be a list of the names of other studies")
     if circle := [other for other in included if other in names]:
         way = " includes ".join([*names[names.index(circle[0]) :], circle[0]])
         raise ConfigError(f"study {name}: includes should not lead back to itself: {way}")
-    both = union([load_study(other, overrides, planner, names).plan for other in included])
+    return [load_study(other, overrides, planner, names) for other in included]
+
+
+def _joined(name: str, studies: Sequence[Study]) -> Plan:
+    """Return the points of studies, which also belong to the one that includes them."""
+    both = union([study.plan for study in studies])
     return replace(both, points=[replace(p, studies=(name, *p.studies)) for p in both], studies=(name, *both.studies))
 
 

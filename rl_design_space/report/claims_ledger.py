@@ -25,8 +25,10 @@ from rl_design_space.config.build import build, construct
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.base import MAIN, Frames, Report, Text
 from rl_design_space.report.markdown import table
-from rl_design_space.report.runs import Point, Runs, Where
+from rl_design_space.report.points import Point, by_design
+from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import BLUE, LIGHT_GREEN, VERMILION, styled
+from rl_design_space.tracking.selection import Where
 
 PARTS = "_parts"
 _HOW_TO_READ = (
@@ -202,20 +204,24 @@ class _RecordedPoints:
         self._common = common
 
     def one(self, where: Where) -> LearningCurves:
-        return self._result(self._runs.one({**self._common, **where}))
+        return self._result(self._runs.seeds({**self._common, **where}))
 
     def by(self, where: Where, parameter: str) -> Mapping[Any, LearningCurves]:
+        values: dict[Any, list[Point]] = {}
         found = self._runs.where({**self._common, **where})
         if not found:
             wanted = " ".join(f"{name}={value}" for name, value in where.items())
             raise LookupError(f"no point of these studies has {wanted}")
-        values = [p.planned.fingerprint if parameter == _ANY else p.parameters[parameter] for p in found]
-        return {value: self._result(point) for value, point in zip(values, found, strict=True)}
+        for seeds in by_design(found):
+            value = seeds[0].planned.fingerprint if parameter == _ANY else seeds[0].parameters[parameter]
+            values.setdefault(value, []).extend(seeds)
+        return {value: self._result(seeds) for value, seeds in values.items()}
 
-    def _result(self, point: Point) -> LearningCurves:
-        result = self._runs.result(point)
+    def _result(self, seeds: Sequence[Point]) -> LearningCurves:
+        result = self._runs.pooled(seeds)
         if result is None:
-            raise LookupError(f"missing: {point.planned.command}")
+            missing = next((point for point in seeds if point.run is None), seeds[0])
+            raise LookupError(f"missing: {missing.planned.command}")
         return result
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,20 +12,44 @@ import yaml
 from matplotlib.figure import Figure
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.averaging import differing, resampled_means
-from rl_design_space.analysis.statistics import mean_estimate, percentile_interval
+from rl_design_space.analysis.averaging import mean_of_runs
+from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.markdown import table
-from rl_design_space.report.parameters import label, order
-from rl_design_space.report.runs import Point, Runs, stratum
+from rl_design_space.report.parameters import SEED, check_averaged, label, order
+from rl_design_space.report.points import Point, repetition
+from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import DARK_BLUE, beyond, interval, number, styled, tidy
 
 #: Name of the row of all pairs together.
 _ALL = "all pairs"
 #: Height of a row and longest side of the picture, in inches.
 _HEIGHT, _LONGEST = 0.36, 40
+
+_PAIRED = (
+    "Paired by period of each seed: both sides met the same starts and goals, unless seed, world or number of goals is "
+    "what is compared."
+)
+#: Parameters by name in which both sides of a pair are equal.
+_Rest = tuple[tuple[str, Any], ...]
+
+
+class _Pair(NamedTuple):
+    """Two sides that are equal in everything else, for one seed.
+
+    Attributes:
+        before: (periods,) values of one side.
+        after: (periods,) values of the other side.
+        repetition: designs of both sides, and their seed.
+    """
+
+    before: FloatArray
+    after: FloatArray
+    repetition: Repetition
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -39,12 +63,14 @@ class Compare(Report):
         a: values of parameters, as on the command line: `representation=ad_hoc`; several with spaces between.
         b: values of the same parameters on the other side.
         value: scalar that is compared, see `LearningCurves.scalars`.
+        mean: whether runs of one side that differ in what is compared are averaged, period by period.
         title: heading of the report and its picture; made of the other fields if empty.
     """
 
     a: str
     b: str
     value: str = "total_steps"
+    mean: bool = False
     title: str = ""
 
     @property
@@ -56,36 +82,63 @@ class Compare(Report):
         sides = [_wanted(side) for side in (self.a, self.b)]
         compared = {name for side in sides for name in side}
         runs.check(compared)
-        ours, theirs = (
-            {_rest(point, compared): point for point in runs.recorded if _fits(point, side)} for side in sides
-        )
-        pairs = [(ours[key], theirs[key]) for key in ours if key in theirs]
-        if not pairs:
+        ours, theirs = (self._by_rest(runs, side, compared) for side in sides)
+        common = [rest for rest in ours if rest in theirs]
+        if not common:
+            found = [sum(map(len, side.values())) for side in (ours, theirs)]
             raise ConfigError(
-                f"{self.a}, {self.b}: no two runs are equal in everything else ({len(ours)} and {len(theirs)} runs)"
+                f"{self.a}, {self.b}: no two runs are equal in everything else ({found[0]} and {found[1]} runs)"
             )
-        others = differing([one.parameters for one, _ in pairs], beside=compared)
-        pairs.sort(key=lambda pair: [order(value) for value in pair[0].key(others)])
-        rows, differences, strata = [], [], []
-        for one, other in pairs:
-            before, after = runs.values(one, self.value), runs.values(other, self.value)
-            if before is None or after is None:
-                raise ConfigError(f"{self.value}: is not known period by period for {label(others, one.key(others))}")
-            estimate = mean_estimate(after - before)
-            differences.append(after - before)
-            strata.append(stratum(one))
-            rows.append(
-                {
-                    "pair": label(others, one.key(others)) or "the pair",
-                    "a": before.mean(), "b": after.mean(), "difference": estimate.value,
-                    "low": estimate.low, "high": estimate.high, "periods": len(before),
-                }
-            )  # fmt: skip
+        others = differing([dict(rest) for rest in common], beside=compared)
+        pairs: dict[tuple[Any, ...], list[_Pair]] = {}
+        for rest in sorted(common, key=lambda rest: [order(dict(rest).get(name)) for name in others]):
+            key = tuple(dict(rest).get(name) for name in others if name != SEED)
+            pairs.setdefault(key, []).append(self._pair(runs, ours[rest], theirs[rest], dict(rest)))
+        names = [name for name in others if name != SEED]
+        for key, seeds in pairs.items():
+            if len({pair.repetition.design for pair in seeds}) > 1:
+                where = f" of {label(names, key)}" if names else ""
+                raise ConfigError(f"{SEED}: not all runs{where} that are averaged have the same seeds; use --where")
+        rows = [{"pair": label(names, key) or "the pair", **_row(seeds)} for key, seeds in pairs.items()]
         if len(pairs) > 1:
-            low, high = percentile_interval(resampled_means(differences, strata))
-            means = {name: sum(row[name] for row in rows) / len(rows) for name in ("a", "b", "difference")}
-            rows.append({"pair": _ALL, **means, "low": low, "high": high, "periods": sum(map(len, differences))})
+            rows.append({"pair": _ALL, **_row([pair for seeds in pairs.values() for pair in seeds])})
         return {MAIN: pd.DataFrame(rows)}
+
+    def _by_rest(self, runs: Runs, side: Mapping[str, Any], compared: set[str]) -> dict[_Rest, list[Point]]:
+        """Return the runs of a side by everything in which those of a pair are equal.
+
+        Raises:
+            ConfigError: several runs of the side are equal in that, and their mean is not asked for.
+        """
+        found: dict[_Rest, list[Point]] = {}
+        for point in runs.recorded:
+            if point.has(side):
+                found.setdefault(_rest(point, compared), []).append(point)
+        name = label(side, side.values())
+        for points in found.values():
+            advice = f"name its value beside {name}"
+            check_averaged([point.parameters for point in points], f"side ({name})", advice, self.mean)
+        return found
+
+    def _pair(self, runs: Runs, ours: Sequence[Point], theirs: Sequence[Point], rest: Mapping[str, Any]) -> _Pair:
+        before, after = (self._values(runs, points) for points in (ours, theirs))
+        if len(before) != len(after):
+            raise ConfigError(
+                f"task.periods: {len(before)} and {len(after)} periods cannot be paired; compare runs of one number"
+            )
+        designs = tuple(repetition(point).design for point in (*ours, *theirs))
+        return _Pair(before, after, Repetition(designs, rest.get(SEED)))
+
+    def _values(self, runs: Runs, points: Sequence[Point]) -> FloatArray:
+        """Return the value of each period, the mean over points."""
+        values = [runs.values(point, self.value) for point in points]
+        known = [each for each in values if each is not None]
+        if len(known) < len(values):
+            raise ConfigError(f"{self.value}: is not known period by period for {_described(points[0])}")
+        if len({len(each) for each in known}) > 1:
+            raise ConfigError(f"task.periods: {len(points)} runs of one side have different numbers of periods")
+        mean: FloatArray = known[0] if len(known) == 1 else np.mean(known, axis=0)
+        return mean
 
     def draw(self, frames: Frames) -> Figure:
         return _draw(frames[MAIN], self.value, self.heading)
@@ -103,7 +156,7 @@ class Compare(Report):
                 "periods": pairs["periods"],
             }
         )
-        return [table(shown), "Paired by period: both sides met the same starts and goals."]
+        return [table(shown), _PAIRED]
 
 
 @styled()
@@ -143,12 +196,33 @@ def _wanted(side: str) -> dict[str, Any]:
     return wanted
 
 
-def _fits(point: Point, wanted: Mapping[str, Any]) -> bool:
-    return all(point.parameters.get(name) == value for name, value in wanted.items())
-
-
-def _rest(point: Point, compared: set[str]) -> tuple[tuple[str, Any], ...]:
+def _rest(point: Point, compared: set[str]) -> _Rest:
     """Return everything in which both points of a pair are equal: all but what is compared and its values."""
     prefixes = tuple(f"{name}." for name in compared)
     rest = {name: value for name, value in point.parameters.items() if name not in compared}
     return tuple(sorted((name, value) for name, value in rest.items() if not name.startswith(prefixes)))
+
+
+def _described(point: Point) -> str:
+    return point.run.run_id if point.run else "a point without a run"
+
+
+def _row(pairs: Sequence[_Pair]) -> dict[str, Any]:
+    """Return the mean over pairs of their means over periods, with the interval of the difference."""
+    differences = [pair.after - pair.before for pair in pairs]
+    _, low, high = mean_of_runs(differences, [pair.repetition for pair in pairs])
+    return {
+        "a": _mean_over_designs(pairs, [pair.before for pair in pairs]),
+        "b": _mean_over_designs(pairs, [pair.after for pair in pairs]),
+        "difference": _mean_over_designs(pairs, differences),
+        "low": low,
+        "high": high,
+        "periods": sum(map(len, differences)),
+    }
+
+
+def _mean_over_designs(pairs: Sequence[_Pair], values: Sequence[FloatArray]) -> float:
+    designs: dict[Hashable, list[FloatArray]] = {}
+    for pair, each in zip(pairs, values, strict=True):
+        designs.setdefault(pair.repetition.design, []).append(each)
+    return float(sum(np.concatenate(seeds).mean() for seeds in designs.values()) / len(designs))

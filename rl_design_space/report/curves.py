@@ -10,15 +10,15 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.averaging import resampled_means
-from rl_design_space.analysis.statistics import percentile_interval
+from rl_design_space.analysis.averaging import curve_of_runs, pooled
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import CURVES_OF_PERIODS
 from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.heatmap import Names
 from rl_design_space.report.parameters import check_averaged, label
-from rl_design_space.report.runs import Point, Runs, stratum
+from rl_design_space.report.points import Point, by_design, repetition
+from rl_design_space.report.runs import Runs
 
 #: Lines that can be told apart.
 _MOST = 12
@@ -50,7 +50,7 @@ class Curves(Report):
         lines = {key: [point for point in points if point.run] for key, points in runs.grouped(self.by).items()}
         lines = {key: points for key, points in lines.items() if points}
         if len(lines) > _MOST:
-            raise ConfigError(f"{', '.join(self.by)}: {len(lines)} lines cannot be told apart; choose with --filter")
+            raise ConfigError(f"{', '.join(self.by)}: {len(lines)} lines cannot be told apart; choose with --where")
         parts = []
         for key, points in lines.items():
             name = label(self.by, key)
@@ -80,15 +80,22 @@ class Curves(Report):
 
     def _line(self, runs: Runs, points: list[Point]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the mean curve of points, and its interval; NaN where the periods are not known."""
-        mean: FloatArray = np.mean([runs.curve(point, self.curve) for point in points], axis=0)
+        mean: FloatArray = np.mean([self._of_design(runs, seeds) for seeds in by_design(points)], axis=0)
         results = [runs.kept(point) for point in points]
-        nothing = np.full(len(mean), np.nan)
         values = CURVES_OF_PERIODS.get(self.curve)
-        if values is None or any(result is None or len(result.steps) < 2 for result in results):
+        if values is None or None in results:
+            nothing = np.full(len(mean), np.nan)
             return mean, nothing, nothing
         periods = [np.asarray(values(result), float) for result in results if result]
-        low, high = percentile_interval(resampled_means(periods, [stratum(point) for point in points]))
-        return mean, low, high
+        return mean, *curve_of_runs(periods, [repetition(point) for point in points])
+
+    def _of_design(self, runs: Runs, seeds: list[Point]) -> FloatArray:
+        """Return the curve of all periods of a design; the mean of the curves of its seeds if they are not known."""
+        results = [result for point in seeds if (result := runs.kept(point))]
+        if len(seeds) > 1 and len(results) == len(seeds):
+            return pooled(results).curves[self.curve]
+        mean: FloatArray = np.mean([runs.curve(point, self.curve) for point in seeds], axis=0)
+        return mean
 
 
 @style.styled()

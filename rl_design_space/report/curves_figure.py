@@ -16,15 +16,17 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.averaging import differing
 from rl_design_space.analysis.learning_curves import curve_frame, curve_summary, random_walk_steps
 from rl_design_space.config.build import construct
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report, Text
 from rl_design_space.report.markdown import table
-from rl_design_space.report.runs import Point, Runs, Where
+from rl_design_space.report.parameters import SEED
+from rl_design_space.report.points import Point, by_design
+from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import (
     DASHES,
     MARKERS,
@@ -36,6 +38,7 @@ from rl_design_space.report.style import (
     styled,
     tidy,
 )
+from rl_design_space.tracking.selection import Where
 
 #: Frames beside the main one; only the first is written.
 EXPLORATION, LINES, PANELS = "_exploration", "lines", "panels"
@@ -98,14 +101,14 @@ class CurvesFigure(Report):
         """
         return [construct(Panel, node, f"study.report.panels.{i}") for i, node in enumerate(self.panels)]
 
-    def points(self, runs: Runs) -> dict[tuple[str, str], Point]:
-        """Return the point of each line, by the names of its panel and its own.
+    def points(self, runs: Runs) -> dict[tuple[str, str], list[Point]]:
+        """Return the points of each line, one for each seed, by the names of its panel and its own.
 
         Raises:
-            ConfigError: the values of a line do not belong to exactly one point.
+            ConfigError: the values of a line do not belong to exactly one design.
         """
         return {
-            (panel.title, line): runs.one({**panel.where, **where})
+            (panel.title, line): runs.seeds({**panel.where, **where})
             for panel in self.built_panels()
             for line, where in panel.lines.items()
         }
@@ -122,7 +125,7 @@ class CurvesFigure(Report):
             PANELS: panel; optimum and random_walk, steps of a trial, NaN if nothing is recorded.
         """
         points = self.points(runs)
-        results = {names: runs.result(point) for names, point in points.items()}
+        results = {names: runs.pooled(seeds) for names, seeds in points.items()}
         curves = [
             curve_frame(result).assign(panel=panel, line=line)[_CURVE_COLUMNS]
             for (panel, line), result in results.items()
@@ -132,7 +135,7 @@ class CurvesFigure(Report):
             {
                 "panel": panel,
                 "line": line,
-                "command": points[panel, line].planned.command,
+                "command": _missing(points[panel, line]).planned.command,
                 "total_steps": float("nan"),
                 **(curve_summary(result) if result else {}),
             }
@@ -140,8 +143,10 @@ class CurvesFigure(Report):
         ]
         panels = []
         for panel in self.built_panels():
-            recorded = (result for (title, _), result in results.items() if title == panel.title and result)
-            panels.append({"panel": panel.title, **_levels(next(recorded, None))})
+            recorded = (names for names, result in results.items() if names[0] == panel.title and result)
+            first = next(recorded, None)
+            levels = _levels(points[first], results[first]) if first else _levels([], None)
+            panels.append({"panel": panel.title, **levels})
         return {
             MAIN: pd.concat(curves) if curves else pd.DataFrame(columns=_CURVE_COLUMNS),
             EXPLORATION: self._exploration(runs),
@@ -172,19 +177,25 @@ class CurvesFigure(Report):
         for panel in self.built_panels():
             for family, where in self.families.items():
                 points = runs.where({**panel.where, **where})
-                joined = len(differing([point.parameters for point in points])) <= 1
-                for point in points:
-                    if result := runs.result(point):
-                        names = {"panel": panel.title, "family": family, "point": point.planned.name}
+                joined = len([name for name in differing([p.parameters for p in points]) if name != SEED]) <= 1
+                for seeds in by_design(points):
+                    if result := runs.pooled(seeds):
+                        names = {"panel": panel.title, "family": family, "point": seeds[0].planned.name}
                         rows.append({**names, "joined": joined, **curve_summary(result)})
         return pd.DataFrame(rows, columns=[*_EXPLORATION_COLUMNS, "joined"])
 
 
-def _levels(result: LearningCurves | None) -> dict[str, float]:
+def _missing(seeds: Sequence[Point]) -> Point:
+    """Return a point without a run, if there is one."""
+    return next((point for point in seeds if point.run is None), seeds[0])
+
+
+def _levels(seeds: Sequence[Point], result: LearningCurves | None) -> dict[str, float]:
     """Return the steps of a trial of the best policy, and of a random walk, on the layouts of a result."""
     if result is None:
         return {"optimum": float("nan"), "random_walk": float("nan")}
-    walk = random_walk_steps(result.point.world, layouts_of(result.point))
+    layouts = np.concatenate([layouts_of(point.planned.point) for point in seeds])
+    walk = random_walk_steps(result.point.world, layouts)
     return {"optimum": float(result.optimum.mean()), "random_walk": walk}
 
 

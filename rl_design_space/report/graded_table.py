@@ -79,15 +79,15 @@ class GradedTable(Report):
 
     Attributes:
         gradings: of the columns that are measured, by name.
-        paper: published grades by row and column; columns without a grading are not measured.
-        labels: how names read.
+        paper: published grades by row and column, if there are any; columns without a grading are not measured.
+        labels: how names read; as they are if left out.
         source: what the published grades are called in picture and text.
         unmeasured: text of cells that are not measured.
     """
 
     gradings: dict[str, dict[str, Any]]
-    paper: dict[str, dict[str, str]]
-    labels: dict[str, str]
+    paper: dict[str, dict[str, str]] = Field(default_factory=dict)
+    labels: dict[str, str] = Field(default_factory=dict)
     source: str = "published"
     unmeasured: str = "not measured"
 
@@ -189,9 +189,11 @@ def _draw(cells: pd.DataFrame, title: str, labels: Mapping[str, str], source: st
     axis.xaxis.tick_top()
     axis.set_yticklabels(axis.get_yticklabels(), rotation=0)
     figure.suptitle(title, fontsize=12)
+    compared = bool((cells["paper"] != "").any())
+    framed = f' Framed in orange: the grade differs from the one after "{source}:".' if compared else ""
     figure.supxlabel(
-        "Large: measured grade, from the number below it with its 95 % interval. Framed in orange: the grade differs "
-        f'from the one after "{source}:".\nHatched: missing or not measured.',
+        f"Large: measured grade, from the number below it with its 95 % interval.{framed}\n"
+        "Hatched: missing or not measured.",
         fontsize=8,
     )
     return figure

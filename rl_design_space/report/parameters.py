@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
-from rl_design_space.analysis.averaging import differing
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.differences import differing
 
 #: Runs that differ in this alone are repetitions of each other.
 SEED = "seed"
@@ -46,6 +46,6 @@ def check_averaged(points: Sequence[Mapping[str, Any]], where: str, advice: str,
     others = [name for name in differing(points) if name != SEED]
     if others and not mean:
         raise ConfigError(
-            f"{', '.join(others)}: {len(points)} runs of one {where} differ in this; {advice}, choose with --filter, "
+            f"{', '.join(others)}: {len(points)} runs of one {where} differ in this; {advice}, choose with --where, "
             "or take their mean with --mean"
         )

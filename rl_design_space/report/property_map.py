@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
@@ -23,8 +24,9 @@ class PropertyMap(GradedTable):
     """Properties of representations on random layouts, without any learning.
 
     Quantities: states_each, as how many states a state is seen; aliased, share of states that are seen as others
-    without a common optimal move; observations, how many the representation can make; right_elsewhere, share of states
-    of another layout and of a larger grid in which the best move for the observation is optimal.
+    without a common optimal move; observations, how many the representation can make, or, if it has no `spanned_size`,
+    how many occur in the layouts; right_elsewhere, share of states of another layout and of a larger grid in which the
+    best move for the observation is optimal.
 
     Attributes:
         representations: by name, each an option.
@@ -49,7 +51,7 @@ class PropertyMap(GradedTable):
         """Return the quantities of each representation.
 
         Raises:
-            ConfigError: a representation has no size.
+            ConfigError: one of them is not a representation.
         """
         return {name: self._measured(name, each) for name, each in self.representations.items()}
 
@@ -63,16 +65,22 @@ class PropertyMap(GradedTable):
         return [*super().text(frames), where]
 
     def _measured(self, name: str, representation: Any) -> Mapping[str, Measured]:
-        if not isinstance(representation, Representation) or not isinstance(representation, SizedRepresentation):
-            raise ConfigError(f"study.report.representations.{name}: should be a representation with a size")
+        if not isinstance(representation, Representation):
+            expected = "should be a representation: an option whose class has observation(world, goals)"
+            raise ConfigError(f"study.report.representations.{name}={type(representation).__name__}: {expected}")
         world, larger = Torus(size=self.size), Torus(size=self.larger)
         here, there = (layouts(0, cell_count(each), self.goals, self.layouts) for each in (world, larger))
         found = properties(representation, world, larger, here, there)
-        size = representation.spanned_size(world, self.goals)
+        if isinstance(representation, SizedRepresentation):
+            size = representation.spanned_size(world, self.goals)
+            counted = f"{size:,} observations"
+        else:
+            size = len(np.unique(representation.observation(world, here[:, 1:])))
+            counted = f"{size:,} observations\nin {self.layouts} layouts"
         texts = {
             "states_each": (found.states_each, f"a state is seen as\n{found.states_each:.1f} states"),
             "aliased": (found.aliased, f"{found.aliased:.0%} of states have\nno agreed move"),
-            "observations": (float(size), f"{size:,} observations"),
+            "observations": (float(size), counted),
             "right_elsewhere": (
                 (found.other_goals + found.larger_grid) / 2,
                 f"{found.other_goals:.0%} right with other goals,\n{found.larger_grid:.0%} on a larger grid",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 import matplotlib.pyplot as plt
@@ -20,10 +20,12 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.published import compare_with_published
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import Line, colour_bar, colour_cells, hatch, write
 from rl_design_space.report.markdown import table
-from rl_design_space.report.runs import Point, Runs
+from rl_design_space.report.points import Point, by_design
+from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import interval, styled
 
 Axis = Annotated[dict[str, str], Field(min_length=1, max_length=1)]
@@ -130,29 +132,29 @@ class PublishedTable(Report):
             parts.append(f"{self.label(name)}: rms {rms:.1%}, largest {largest:.1%}")
         return f"Distance from the published numbers (log ratio): {'; '.join(parts)}."
 
-    def _measured(self, runs: Runs, point: Point) -> tuple[FloatArray, NDArray[np.bool_]] | tuple[()]:
+    def _measured(self, runs: Runs, seeds: Sequence[Point]) -> tuple[FloatArray, NDArray[np.bool_]] | tuple[()]:
         """Return what each period contributes to its cell, and whether it has a failed trial; nothing if missing."""
-        result = runs.result(point)
+        result = runs.pooled(seeds)
         if result is None:
             return ()
-        values = runs.values(point, self.value)
-        if values is None:
+        values = [values for point in seeds if (values := runs.values(point, self.value)) is not None]
+        if len(values) < len(seeds):
             expected = "needs square worlds; should be total_steps for others"
             raise ConfigError.at("study.report.value", self.value, expected)
-        return values, np.logical_not(result.success.all(axis=1))
+        return np.concatenate(values), np.logical_not(result.success.all(axis=1))
 
-    def _points_by_cell(self, runs: Runs) -> dict[tuple[Any, ...], Point]:
-        """Return the point of each cell: periods of different points must not be averaged into one.
+    def _points_by_cell(self, runs: Runs) -> dict[tuple[Any, ...], list[Point]]:
+        """Return the points of each cell, one for each seed; periods of different designs are not averaged.
 
         Raises:
-            ConfigError: several points are one cell.
+            ConfigError: several designs are one cell.
         """
-        cells: dict[tuple[Any, ...], Point] = {}
-        for point in runs.points:
-            first = cells.setdefault(point.key(self.axes.values()), point)
-            differ = [name for name, value in point.parameters.items() if first.parameters.get(name) != value]
-            if first is not point:
-                raise ConfigError(f"{', '.join(differ)}: several values for one cell of the table; choose one of them")
+        cells: dict[tuple[Any, ...], list[Point]] = {}
+        for seeds in by_design(runs.points):
+            first = cells.setdefault(seeds[0].key(self.axes.values()), seeds)
+            if first is not seeds:
+                names = ", ".join(differing([first[0].parameters, seeds[0].parameters]))
+                raise ConfigError(f"{names}: several values for one cell of the table; choose one of them")
         return cells
 
 

@@ -8,12 +8,15 @@ from typing import Any
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.averaging import differing
 from rl_design_space.analysis.quality import Quality, quality
+from rl_design_space.errors import ConfigError
+from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import Frames
 from rl_design_space.report.graded_table import GradedTable, Measured
-from rl_design_space.report.parameters import text
-from rl_design_space.report.runs import Runs, Where
+from rl_design_space.report.parameters import SEED, text
+from rl_design_space.report.points import by_design
+from rl_design_space.report.runs import Runs
+from rl_design_space.tracking.selection import Where
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -47,10 +50,12 @@ class QualityMap(GradedTable):
     def measured(self, runs: Runs) -> Mapping[str, Mapping[str, Measured]]:
         found: dict[str, Mapping[str, Measured]] = {}
         for row, where in self.rows.items():
-            points = runs.where(where)
-            names = schedule_names([point.parameters for point in points])
-            results = {name: runs.result(point) for name, point in zip(names, points, strict=True)}
+            schedules = by_design(runs.where(where))
+            names = schedule_names([seeds[0].parameters for seeds in schedules])
+            results = {name: runs.pooled(seeds) for name, seeds in zip(names, schedules, strict=True)}
             complete = {name: result for name, result in results.items() if result}
+            if len({len(result.steps) for result in complete.values()}) > 1:
+                raise ConfigError(f"{SEED}, task.periods: schedules of {row} differ in this; choose one value")
             found[row] = as_measured(quality(complete)) if complete and len(complete) == len(results) else {}
         return found
 

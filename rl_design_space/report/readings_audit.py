@@ -17,13 +17,16 @@ from rl_design_space._strict import STRICT
 from rl_design_space.analysis.fit import fit
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.differences import differing
 from rl_design_space.plan.study import load_study
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import hatch_row
 from rl_design_space.report.markdown import table
+from rl_design_space.report.points import Point, by_design
 from rl_design_space.report.published_table import PublishedTable
-from rl_design_space.report.runs import Point, Runs, Where
+from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import BLUE, GREY, interval, styled
+from rl_design_space.tracking.selection import Where
 
 _COLUMNS = [
     "reading", "panel", "cells", "of", "rms", "ci_low", "ci_high", "bias", "bias_low", "bias_high", "largest",
@@ -65,10 +68,9 @@ class ReadingsAudit(Report):
                     continue  # it makes no difference here
                 found: list[tuple[FloatArray, float]] = []
                 for cell, number in numbers.items():
-                    if cell in points and runs.result(points[cell]):
-                        values = runs.values(points[cell], published.value)
-                        assert values is not None
-                        found.append((values, number))
+                    if cell in points and runs.pooled(points[cell]):
+                        values = [runs.values(point, published.value) for point in points[cell]]
+                        found.append((np.concatenate([each for each in values if each is not None]), number))
                 fitted: tuple[float, ...] = (float("nan"),) * 7
                 if len(found) == len(numbers):
                     fits = fit(found)
@@ -108,15 +110,20 @@ class ReadingsAudit(Report):
             raise ConfigError.at("report.table", self.table, "should be a study whose report is a PublishedTable")
         return report
 
-    def points(self, runs: Runs, published: PublishedTable, panel: Any, says: Where) -> dict[Any, Point]:
-        """Return the points of a panel under a reading, by row and column of the table."""
+    def points(self, runs: Runs, published: PublishedTable, panel: Any, says: Where) -> dict[Any, list[Point]]:
+        """Return the points of a panel under a reading, one for each seed, by row and column of the table.
+
+        Raises:
+            ConfigError: several designs are one cell.
+        """
         wanted = {**self.decided, **says}
-        cells = {}
-        for point in runs.points:
-            if point.has({name: value for name, value in wanted.items() if name in point.parameters}):
-                here, row, column = point.key(published.axes.values())
-                if here == panel:
-                    cells[row, column] = point
+        cells: dict[Any, list[Point]] = {}
+        for seeds in by_design(runs.points):
+            if seeds[0].has({name: value for name, value in wanted.items() if name in seeds[0].parameters}):
+                here, row, column = seeds[0].key(published.axes.values())
+                if here == panel and (first := cells.setdefault((row, column), seeds)) is not seeds:
+                    names = ", ".join(differing([first[0].parameters, seeds[0].parameters]))
+                    raise ConfigError(f"{names}: several values for one cell under one reading; choose one of them")
         return cells
 
 

@@ -2,70 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.averaging import estimate, mean_of_runs
+from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measure, scaled_to_equal_steps
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.plan import PlannedPoint
+from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.tracking.run_frame import ABOUT, typed
+from rl_design_space.report.points import Point, by_design, repetition
+from rl_design_space.tracking.run_frame import ABOUT
+from rl_design_space.tracking.selection import Where, comparable
 from rl_design_space.tracking.tracker import StoredRun
-from rl_design_space.tracking.values import param
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
-
-#: Values of parameters by name; a list of values means any of them.
-Where = Mapping[str, Any]
-
-
-@dataclass(frozen=True, eq=False)
-class Point:
-    """A design point and its run.
-
-    Attributes:
-        parameters: every choice by its name on the command line; lists as text.
-        run: its complete run; None if it has none.
-        of_plan: the planned point; None if the run was found in the store.
-    """
-
-    parameters: Mapping[str, Any]
-    run: StoredRun | None
-    of_plan: PlannedPoint | None = None
-
-    @property
-    def planned(self) -> PlannedPoint:
-        """The planned point.
-
-        Raises:
-            LookupError: the run was found in the store.
-        """
-        if self.of_plan is None:
-            raise LookupError("this run was found in the store, not in the plan of a study")
-        return self.of_plan
-
-    def key(self, names: Iterable[str]) -> tuple[Any, ...]:
-        """Return the values of these parameters; None for those that the point does not have."""
-        return tuple(self.parameters.get(name) for name in names)
-
-    def has(self, where: Where) -> bool:
-        """Return whether the point has all of these values."""
-        for name, wanted in where.items():
-            values = (
-                [wanted, *wanted] if isinstance(wanted, (list, tuple)) else [wanted]
-            )  # the list itself may be meant
-            if name not in self.parameters or self.parameters[name] not in map(_comparable, values):
-                return False
-        return True
 
 
 class Runs:
@@ -100,7 +57,7 @@ class Runs:
         """Return the points of a study, recorded or not, in the order of its plan."""
         runs = reader.finished([planned.fingerprint for planned in study.plan])
         points = [
-            Point({k: _comparable(v) for k, v in planned.parameters.items()}, runs.get(planned.fingerprint), planned)
+            Point({k: comparable(v) for k, v in planned.parameters.items()}, runs.get(planned.fingerprint), planned)
             for planned in study.plan
         ]
         made_by, remarks = f"Made by `{study.report_command}`, which needs no runs.", []
@@ -171,9 +128,26 @@ class Runs:
         """
         found = self.where(where)
         if len(found) != 1:
-            wanted = " ".join(f"{name}={value}" for name, value in where.items())
-            raise ConfigError(f"{wanted}: should be one point of {self._name}, not {len(found)}")
+            raise self._not_one(where, found)
         return found[0]
+
+    def seeds(self, where: Where) -> list[Point]:
+        """Return the only design that has these values: its points, one for each seed.
+
+        Raises:
+            ConfigError: there is none, or there are several.
+        """
+        designs = by_design(found := self.where(where))
+        if len(designs) != 1:
+            raise self._not_one(where, found)
+        return designs[0]
+
+    def _not_one(self, where: Where, found: Sequence[Point]) -> ConfigError:
+        wanted = " ".join(f"{name}={value}" for name, value in where.items())
+        names = differing([point.parameters for point in found])
+        others = [name for name in names if name != SEED] or names
+        differ = f"; they differ in {', '.join(others)}" if others else ""
+        return ConfigError(f"{wanted}: should be one point of {self._name}, not {len(found)}{differ}")
 
     def grouped(
         self, names: Sequence[str], points: Iterable[Point] | None = None
@@ -216,6 +190,19 @@ class Runs:
             )
         return result
 
+    def pooled(self, seeds: Sequence[Point]) -> LearningCurves | None:
+        """Return the periods of all seeds of one design as one result; None if one of them has no run.
+
+        Raises:
+            ConfigError: the points differ in more than their seed, or a run did not keep its periods.
+        """
+        if others := [name for name in differing([point.parameters for point in seeds]) if name != SEED]:
+            raise ConfigError(
+                f"{', '.join(others)}: {len(seeds)} points of {self._name} differ in this; should be one point"
+            )
+        results = [result for point in seeds if (result := self.result(point))]
+        return pooled(results) if results and len(results) == len(seeds) else None
+
     def curve(self, point: Point, name: str) -> FloatArray:
         """Return a learning curve of a recorded point, (trials,).
 
@@ -246,32 +233,30 @@ class Runs:
         return measure(name).each(result)
 
     def estimate(self, points: Sequence[Point], name: str) -> Estimate:
-        """Return the mean of a scalar over runs, with its interval where the periods are known.
+        """Return the mean of a scalar over designs, with its interval where the periods are known.
 
         Raises:
             ConfigError: there is no such scalar.
         """
         recorded = [point for point in points if point.run]
-        strata = [stratum(point) for point in recorded]
+        repetitions = [repetition(point) for point in recorded]
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):
-            return mean_of_runs(known, strata)
+            return mean_of_runs(known, repetitions)
         results = [result for point in recorded if (result := self.kept(point))]
         if results and len(results) == len(recorded) and name in MEASURES:
-            return estimate(MEASURES[name], results, strata)
-        numbers = [point.run.scalars.get(name, float("nan")) for point in recorded if point.run]
+            return estimate(MEASURES[name], results, repetitions)
+        numbers = [self._scalar(seeds, name) for seeds in by_design(recorded)]
         mean = sum(numbers) / len(numbers) if numbers else float("nan")
         return Estimate(mean, float("nan"), float("nan"))
 
-
-def stratum(point: Point) -> Hashable:
-    """Return what points have in common whose periods met the same layouts and are resampled together."""
-    return point.key((SEED, "task.periods"))
-
-
-def _comparable(value: Any) -> Any:
-    """Return a value as `Point.parameters` has it: a list as text, e.g. `[3, 5]`."""
-    return typed(param(value))
+    def _scalar(self, seeds: Sequence[Point], name: str) -> float:
+        """Return a scalar of the seeds of one design: that of all their periods if they are known, else the mean."""
+        results = [result for point in seeds if (result := self.kept(point))]
+        if len(seeds) > 1 and len(results) == len(seeds) and name in (scalars := pooled(results).scalars()):
+            return scalars[name]
+        numbers = [point.run.scalars.get(name, float("nan")) for point in seeds if point.run]
+        return sum(numbers) / len(numbers)
 
 
 def _joined(numbers: Iterable[Any]) -> str:

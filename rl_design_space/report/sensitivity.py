@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.averaging import differing
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.differences import differing
 from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.markdown import table

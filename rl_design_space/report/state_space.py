@@ -9,10 +9,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.statistics import mean_estimate
+from rl_design_space.design import SizedRepresentation
 from rl_design_space.report.base import MAIN, Frames, Report, Text
 from rl_design_space.report.markdown import table
 from rl_design_space.report.runs import Runs
@@ -20,6 +22,8 @@ from rl_design_space.report.style import BLUE, GREEN, VERMILION, interval, style
 
 _COLOURS = (BLUE, VERMILION, GREEN)
 _DECIMAL = ",.1f"
+#: Columns of whole numbers that may be missing, in this order behind the names of the row.
+_WHOLE = ("paper", "formula", "spanned")
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -27,39 +31,46 @@ class StateSpace(Report):
     """Rows of a Q-matrix for each representation, size and number of goals.
 
     Attributes:
-        published: the published number by representation, size and number of goals.
-        labels: how names read.
+        published: the published number by representation, size and number of goals, where there is one.
+        labels: how names read; as they are if left out.
         source: what the published numbers are called in picture and text.
     """
 
     title: Text
     shows: str = "Rows of the Q-matrix by formula, met and learned, against the number of goals"
-    published: dict[str, dict[int, dict[int, int]]]
-    labels: dict[str, str]
+    published: dict[str, dict[int, dict[int, int]]] = Field(default_factory=dict)
+    labels: dict[str, str] = Field(default_factory=dict)
     source: str = "published"
 
     def frames(self, runs: Runs) -> Frames:
         """Return one row for each point of the study.
 
         Returns:
-            representation, size, goals; paper; formula, by the package; spanned, all observations that there can be;
-            met, rows that a period can meet, and learned, those that anything was learned for: means over periods with
-            95 % intervals, NaN where the point was not recorded.
+            representation, size, goals; paper; formula, by the package; spanned, all observations that there can be
+            (None where they are not known, as for a representation without `spanned_size`); met, rows that a period can
+            meet, and learned, those that anything was learned for: means over periods with 95 % intervals, NaN where
+            the point was not recorded.
         """
         rows = []
         for each in runs.points:
             planned, result = each.planned, runs.result(each)
             point, name = planned.point, planned.options["representation"]
             size, goals = point.world.shape[0], point.task.goals
-            kinds = ("published_size", "spanned_size")
-            sizes = [getattr(point.representation, kind)(point.world, goals) for kind in kinds]
+            sizes: list[int | None] = [None, None]
+            if isinstance(sized := point.representation, SizedRepresentation):
+                sizes = [sized.published_size(point.world, goals), sized.spanned_size(point.world, goals)]
+            published = self.published.get(name, {}).get(size, {}).get(goals)
             measured = (float("nan"),) * 6
             if result:
                 met, learned = (mean_estimate(result.rows[:, i].astype(float)) for i in (0, 1))
                 measured = (*met, *learned)
-            rows.append((name, size, goals, self.published[name][size][goals], *sizes, *measured))
+            rows.append((name, size, goals, published, *sizes, *measured))
         columns = ["representation", "size", "goals", "paper", "formula", "spanned", "met", "met_low", "met_high"]
-        return {MAIN: pd.DataFrame(rows, columns=[*columns, "learned", "learned_low", "learned_high"])}
+        frame = pd.DataFrame(rows, columns=[*columns, "learned", "learned_low", "learned_high"])
+        for place, column in enumerate(_WHOLE, start=3):
+            if frame[column].isna().any():  # whole numbers stay whole beside missing ones
+                frame[column] = pd.Series([row[place] for row in rows], dtype=object)
+        return {MAIN: frame}
 
     def draw(self, frames: Frames) -> Figure:
         return _draw(frames[MAIN], self.title, self.labels, self.source)
@@ -67,10 +78,12 @@ class StateSpace(Report):
     def text(self, frames: Frames) -> list[str]:
         """Return the sizes, and how many of the published ones the formula gives."""
         sizes = frames[MAIN]
-        right = int((sizes["paper"] == sizes["formula"]).sum())
+        known = sizes.dropna(subset="paper")
+        right = int((known["paper"] == known["formula"]).sum())
+        formula = f"The published formula gives {right} of the {len(known)} published numbers."
         return [
             table(self._shown(sizes)),
-            f"The published formula gives {right} of the {len(sizes)} published numbers.",
+            *([formula] if len(known) else []),
             "Within one period the goals stay where they are, so a period meets at most n × cells observations, "
             "however many a representation can make. Learned are rows in which an action has another value than at the "
             "start.",
@@ -80,7 +93,8 @@ class StateSpace(Report):
         rows = []
         for row in sizes.to_dict("records"):
             name = self.labels.get(row["representation"], row["representation"])
-            keys = [name, f"{row['size']}×{row['size']}", row["goals"], f"{row['paper']:,}", f"{row['spanned']:,}"]
+            counts = ["–" if pd.isna(row[which]) else f"{row[which]:,}" for which in ("paper", "spanned")]
+            keys = [name, f"{row['size']}×{row['size']}", row["goals"], *counts]
             values = ["missing", "", "", ""]
             if not np.isnan(row["met"]):
                 values = [*_with_interval(row, "met"), *_with_interval(row, "learned")]
@@ -111,7 +125,13 @@ def _draw(sizes: pd.DataFrame, title: str, labels: Mapping[str, str], source: st
         here = sizes[sizes["representation"] == name]
         for (side, points), colour in zip(here.groupby("size"), _COLOURS, strict=False):
             for column, (meaning, style) in marks.items():
-                axis.plot(points["goals"], points[column], color=colour, label=f"{meaning}, {side}×{side}", **style)
+                axis.plot(
+                    points["goals"],
+                    points[column].astype(float),
+                    color=colour,
+                    label=f"{meaning}, {side}×{side}",
+                    **style,
+                )
         if missing := int(here["met"].isna().sum()):
             axis.text(0.5, 0.02, f"{missing} points missing", transform=axis.transAxes, ha="center")
         axis.set_yscale("log")

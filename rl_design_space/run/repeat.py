@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import yaml
+from numpy.typing import NDArray
 
 from rl_design_space.config.build import build, make_point
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.plan.fingerprint import fingerprint
+from rl_design_space.tracking.found_run import FoundRun
+from rl_design_space.tracking.run_files import DamagedFileError, check_config, check_periods
+from rl_design_space.tracking.selection import named
+from rl_design_space.tracking.tags import FINGERPRINT_TAG
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
@@ -46,27 +51,30 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
     Raises:
         ConfigError: no run or several runs match, or the run does not hold its periods.
     """
-    frame = reader.frame()
-    found = frame[frame.index.str.startswith(run_id)] if run_id else frame[:0]
-    if len(found) != 1:
-        how_many = "no complete run has" if found.empty else f"{len(found)} runs have"
-        raise ConfigError(f"{run_id}: {how_many} an id that begins with this")
-    row = found.iloc[0]
-    run = StoredRun(str(found.index[0]), artifacts=str(row["artifacts"]))
+    found = named(reader.runs(), run_id)
+    run = StoredRun(found.run_id, artifacts=found.artifacts)
     recorded = reader.periods(run)
     if "steps" not in recorded:
         raise ConfigError(
             f"{run.run_id}: holds its curves only (tracking.artifact=curves), so its periods cannot be compared"
         )
-    point = _point(reader.config(run))
+    config = reader.config(run)
+    check_config(found, config)
+    point = make_point({key: build(key, node) for key, node in config.items()})
     curves = simulate(point, threads)
     different = [name for name in _COMPARED if not np.array_equal(recorded[name], getattr(curves, name))]
-    what = f"{row['name']} (run {run.run_id})"
+    what = f"{found.name} (run {run.run_id})"
     if not different:
         return Comparison(True, f"identical: {what}, {curves.steps.size:,} trials, bit for bit")
-    why = "" if fingerprint(point) == row["fingerprint"] else "; the code that it depends on has changed since"
-    return Comparison(False, f"different: {what}, in {', '.join(different)}{why}")
+    return Comparison(False, f"different: {what}, in {', '.join(different)}{_why(found, point, recorded)}")
 
 
-def _point(config: str) -> DesignPoint:
-    return make_point({key: build(key, node) for key, node in yaml.safe_load(config).items()})
+def _why(found: FoundRun, point: DesignPoint, recorded: Mapping[str, NDArray[Any]]) -> str:
+    """Return why a result may be another one, if something is known."""
+    if fingerprint(point) != found.tags.get(FINGERPRINT_TAG):
+        return "; the code that it depends on has changed since"
+    try:
+        check_periods(found, recorded)
+    except DamagedFileError as error:
+        return f"; {error.file} is damaged: {error.reason}"
+    return ""

@@ -7,8 +7,9 @@ How a result gets into the store:
     BackgroundDelivery ──TrackerProcess──────────────────^ process.main
 
 `BackgroundDelivery` keeps the process running and notices which records have left the spool; `Delivery` decides what to
-retry and what to quarantine; `StoreWriter` writes one record, and may be interrupted anywhere. `rl-design-space sync`
-runs a `Delivery` in its own process.
+retry and what to quarantine; a `StoreWriter` writes records, and may be interrupted anywhere: `DatabaseWriter` several
+in one transaction, `ClientWriter` one by one with MLflow's client. `rl-design-space sync` runs a `Delivery` in its own
+process.
 """
 
 from rl_design_space.tracking.backends import MlflowTracking, NoTracking, Tracking

@@ -90,9 +90,11 @@ class MlflowTracking:
         return StoreAddress(absolute(self.uri), self.experiment, self.sweeps)
 
     def open(self, command: str = "rl-design-space", delivery: BackgroundDelivery | None = None) -> Tracker:
+        from rl_design_space.tracking.mlflow_client import configure_mlflow
         from rl_design_space.tracking.mlflow_tracker import MlflowTracker
         from rl_design_space.tracking.schema import check_schema
 
+        configure_mlflow(self.patience)
         check_schema(self.address)
         return MlflowTracker(
             self.address,

@@ -27,12 +27,14 @@ class Timeouts:
 
     Attributes:
         silence: without any delivery although no problem is known: creating a database takes 20 on a slow machine.
+        connecting: for a tracker process to import MLflow and to reach a server.
         opening: for a tracker process to open the store in the foreground before it is replaced.
         leaving: for the remaining records when this process ends.
         ending: for a tracker process to finish its current record.
     """
 
     silence: float = 120.0
+    connecting: float = 30.0
     opening: float = 5.0
     leaving: float = 3.0
     ending: float = 10.0
@@ -71,6 +73,8 @@ class BackgroundDelivery:
         self._lost: dict[str, str] = {}
         self._problem = self._unusable = ""
         self._waited_for = self._leaving = False
+        #: Whether a tracker process has opened the store.
+        self._is_open = False
         #: When something was delivered last, or the oldest pending record was written.
         self._last_progress = monotonic()
         #: Used by the thread alone.
@@ -160,7 +164,11 @@ class BackgroundDelivery:
 
     def _limit(self, patience: float) -> float:
         """Return the seconds without any delivery after which to give up; more while no problem is known."""
-        return patience if self._problem else max(patience, self._timeouts.silence)
+        if self._problem:
+            return patience
+        if self._spool.address.is_server:
+            return patience if self._is_open else max(patience, self._timeouts.connecting)
+        return max(patience, self._timeouts.silence)
 
     def _run(self) -> None:
         while not self._leaving and not self._unusable:
@@ -199,6 +207,7 @@ class BackgroundDelivery:
         with self._changed:
             if self._process.problem is not None:
                 self._problem = self._process.problem
+                self._is_open = self._is_open or not self._problem
             self._unusable = self._process.unusable or self._unusable
             self._changed.notify_all()
 

@@ -13,8 +13,11 @@ from rl_design_space.learning.measures import CURVES
 from rl_design_space.learning.result import Kept, LearningCurves
 from rl_design_space.tracking import values
 from rl_design_space.tracking.record import result_of
-from rl_design_space.tracking.spool import Record
+from rl_design_space.tracking.spool import CorruptedRecordError, Record
+from rl_design_space.tracking.store_errors import first_line
 
+#: In C where PyYAML has it.
+_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 #: File names of a run's artifacts.
 PERIODS_FILE, CONFIG_FILE = "periods.npz", "config.yaml"
 
@@ -36,14 +39,20 @@ def content_of(record: Record) -> RunContent:
     """Return what a point's run holds beside its params and tags.
 
     Raises:
-        KeyError: the record is not that of a point.
+        CorruptedRecordError: the result in the record cannot be read.
     """
-    content, learned = record.content, result_of(record)
+    content = record.content
+    try:
+        learned = result_of(record)
+        values_of_curves = metrics(learned, content["scalars"], content["curves"], content["every"])
+    except Exception as error:  # of NumPy, zlib or the archive
+        reason = f"record is corrupted (its result cannot be read: {first_line(error)})"
+        raise CorruptedRecordError(record.name, reason) from error
     artifacts = {
         CONFIG_FILE: config_file(content["command"], content["config"]),
         PERIODS_FILE: periods_file(learned, content["keep"]),
     }
-    return RunContent(metrics(learned, content["scalars"], content["curves"], content["every"]), artifacts)
+    return RunContent(values_of_curves, artifacts)
 
 
 def metrics(
@@ -72,7 +81,8 @@ def metrics(
 
 def config_file(command: str, config: Mapping[str, Any]) -> bytes:
     """Return the resolved config as YAML, below a comment with the command that runs the point."""
-    return f"# {command}\n{yaml.safe_dump(config, sort_keys=False, allow_unicode=True)}".encode()
+    text: str = yaml.dump(config, Dumper=_DUMPER, sort_keys=False, allow_unicode=True)
+    return f"# {command}\n{text}".encode()
 
 
 def periods_file(learned: LearningCurves, keep: Kept = "periods") -> bytes:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
+from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import as_tracking_error, deleted_experiment, missing_experiment
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG, studies_of
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, STUDY_TAG, studies_of
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
@@ -60,6 +61,30 @@ class DatabaseQueries:
         with self._reading() as rows:
             return RunCounts.of(rows.counts())
 
+    def check(self) -> str:
+        """Check that results can be recorded; return a note if they are not written directly."""
+        with self._reading() as rows:
+            rows.check_experiment("sweeps", self._address.sweeps)
+            revision = rows.revision()
+        if not revision:
+            return ""
+        from rl_design_space.tracking import database_tables
+
+        if revision in database_tables.REVISIONS:
+            return ""
+        from rl_design_space.tracking.connection import connect
+
+        connect(self._address.uri)  # MLflow knows which schemas it can use
+        return (
+            f"{self._address.uri}: its schema {revision} is not one that this version is tested with, so results are "
+            "recorded by MLflow's client, which takes longer; a later version of rl-design-space may know it"
+        )
+
+    def recorded(self, fingerprints: Collection[str]) -> set[str]:
+        """Return those of these points that have a complete run."""
+        with self._reading() as rows:
+            return {fingerprint for _, fingerprint, _ in rows.finished(None)} & set(fingerprints)
+
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
         few = list(fingerprints) if len(fingerprints) <= _FEW else None
@@ -74,10 +99,10 @@ class DatabaseQueries:
             for run_id, (key, uri) in found.items()
         }
 
-    def running(self, spool: str) -> list[str]:
-        """Return the keys of the RUNNING runs that a spool has begun: fingerprints of points and ids of sweeps."""
+    def running(self) -> list[RunningRun]:
+        """Return the RUNNING runs of points and sweeps."""
         with self._reading() as rows:
-            return rows.running(spool)
+            return [RunningRun.of(tags) for tags in _by_run(rows.running()).values()]
 
     @contextmanager
     def _reading(self) -> Iterator[_Rows]:
@@ -95,7 +120,7 @@ class DatabaseQueries:
                 # Another process may be creating them right now.
                 has_tables = set(sqlalchemy.inspect(connection).get_table_names()) >= _TABLES
             rows = _Rows(connection if has_tables else None, self._address)
-            rows.check_experiment()
+            rows.check_experiment("experiment", self._address.experiment)
             yield rows
 
 
@@ -111,15 +136,23 @@ class _Rows:
         self._connection = connection
         self._address = address
 
-    def check_experiment(self) -> None:
-        """Check that the experiment was not deleted.
+    def check_experiment(self, key: str, name: str) -> None:
+        """Check that an experiment was not deleted.
+
+        Args:
+            key: the setting that names it.
+            name: of the experiment.
 
         Raises:
             ConfigError: it was.
         """
-        stages = self._select("select lifecycle_stage from experiments e where e.name = :experiment")
-        if ("deleted",) in stages:
-            raise deleted_experiment("experiment", self._address.experiment)
+        wanted = "select experiment_id from experiments where name = :name and lifecycle_stage = 'deleted'"
+        for (experiment,) in self._select(wanted, name=name):
+            raise deleted_experiment(key, name, self._address.uri, experiment)
+
+    def revision(self) -> str:
+        """Return the revision of the schema; empty if there are no tables."""
+        return next((version for (version,) in self._select("select version_num from alembic_version")), "")
 
     def experiment_id(self) -> str | None:
         """Return the id of the experiment, if there is one."""
@@ -152,15 +185,14 @@ class _Rows:
         condition = "and substr(v.key, 1, :length) = :prefix"
         return self._values("tags", run_ids, condition, prefix=prefix, length=len(prefix))
 
-    def running(self, spool: str) -> list[str]:
-        """Return the fingerprints and sweep ids of RUNNING runs that a spool has begun, in any experiment."""
-        query = f"""
-            select key.value from runs r join tags t on t.run_uuid = r.run_uuid
-            join tags key on key.run_uuid = r.run_uuid and key.key in ('{FINGERPRINT_TAG}', '{SWEEP_TAG}')
-            where r.status = 'RUNNING' and r.lifecycle_stage = 'active'
-            and t.key = '{SPOOL_TAG}' and t.value = :spool
+    def running(self) -> Iterable[tuple[str, str, str]]:
+        """Return (run id, name, value) of the tags of RUNNING runs of points and sweeps."""
+        query = """
+            select r.run_uuid, t.key, t.value from runs r join tags t on t.run_uuid = r.run_uuid
+            join experiments e on e.experiment_id = r.experiment_id
+            where r.status = 'RUNNING' and r.lifecycle_stage = 'active' and e.name in (:experiment, :sweeps)
         """
-        return [key for (key,) in self._select(query, spool=spool)]
+        return self._select(query, sweeps=self._address.sweeps)
 
     def counts(self) -> dict[tuple[str, str], int]:
         """Return numbers of runs by lifecycle stage (active, deleted) and status."""

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Sequence
+from contextlib import closing, suppress
 from threading import Event
 
 from filelock import Timeout
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.locks import locks_at, locks_path
-from rl_design_space.tracking.queries import queries_of
-from rl_design_space.tracking.spool import CorruptedRecordError, Spool, is_summary, key_of
-from rl_design_space.tracking.store_errors import StoreUnavailableError, access_error, first_line, is_transient
-from rl_design_space.tracking.store_writer import StoreWriter
+from rl_design_space.tracking.record_schema import checked
+from rl_design_space.tracking.spool import REFUSED, CorruptedRecordError, Record, Spool, is_summary
+from rl_design_space.tracking.store_errors import (
+    DeletedExperimentError,
+    StoreUnavailableError,
+    access_error,
+    first_line,
+    is_transient,
+)
+from rl_design_space.tracking.store_writer import StoreWriter, open_writer
 
 #: Seconds between two looks into an empty spool, and the longest pause between two attempts.
 _POLL, _LONGEST_PAUSE = 0.05, 8.0
@@ -45,9 +50,11 @@ class Delivery:
         self._pause = 0.0
         self._writer: StoreWriter | None = None
         self._queue: deque[str] = deque()
+        #: Numbers of failures of each record; how often the store has refused it.
         self._failures: Counter[str] = Counter()
-        #: Records that the store may have completely or in part.
-        self._maybe_stored: set[str] = set()
+        self._refusals: Counter[str] = Counter()
+        #: Records for an experiment that was deleted.
+        self._blocked: dict[str, DeletedExperimentError] = {}
 
     def run_while(self, active: Callable[[], bool]) -> None:
         """Deliver records as they are written, until a condition no longer holds or `ended` is set.
@@ -82,12 +89,16 @@ class Delivery:
             ConfigError: the store cannot be used.
         """
         if self._writer and not self._pause:
-            for name in self._spool.pending():
-                if is_summary(name):
-                    self._deliver(name, self._writer)
+            self._deliver([name for name in self._spool.pending() if is_summary(name)], self._writer)
+
+    def close(self) -> None:
+        """Close the connection to the store, which is opened again when there is something to deliver."""
+        if self._writer:
+            self._writer.close()
+            self._writer = None
 
     def _deliver_next(self) -> bool:
-        """Deliver the next record; return False if there is none."""
+        """Deliver the next records; return False if there are none."""
         try:
             writer = self._opened()
         except StoreUnavailableError as error:
@@ -95,37 +106,81 @@ class Delivery:
             return True
         if not self._queue:
             # Records that have failed come last: they may be the cause.
-            self._queue.extend(sorted(self._spool.pending(), key=lambda name: self._failures[name]))
+            pending = [name for name in self._spool.pending() if name not in self._blocked]
+            self._queue.extend(sorted(pending, key=lambda name: self._failures[name]))
         if not self._queue:
+            self._raise_if_blocked()
             return False
-        self._deliver(self._queue.popleft(), writer)
+        self._deliver(self._next_names(writer.batch), writer)
         return True
 
-    def _deliver(self, name: str, writer: StoreWriter) -> None:
-        try:
-            record = self._spool.read(name)
-        except FileNotFoundError:
+    def _next_names(self, batch: int) -> list[str]:
+        """Take the next records from the queue; one that has failed alone, because it may be the cause."""
+        names = [self._queue.popleft()]
+        if not self._failures[names[0]]:
+            while self._queue and len(names) < batch and not self._failures[self._queue[0]]:
+                names.append(self._queue.popleft())
+        return names
+
+    def _deliver(self, names: Sequence[str], writer: StoreWriter) -> None:
+        records = [record for name in names if (record := self._read(name, writer))]
+        if not records:
             return
-        except CorruptedRecordError as error:
-            self._quarantine(name, str(error), writer)
-            return
         try:
-            writer.write(record, name in self._maybe_stored or not record.content.get("checked", True))
+            writer.write(records)
+        except DeletedExperimentError as error:
+            self._postpone(records, error)
         except ConfigError:
             raise
+        except CorruptedRecordError as error:
+            self._quarantine(error.name, str(error), writer)
+            self._queue.extendleft(record.name for record in reversed(records) if record.name != error.name)
         except Exception as error:
             if denied := access_error(self._spool.address.uri, error):
                 raise denied from error
-            self._failures[name] += 1
-            self._maybe_stored.add(name)
-            if is_transient(error) or self._failures[name] < _REFUSALS:
+            self._failures.update(record.name for record in records)
+            if is_transient(error):
+                if isinstance(error, StoreUnavailableError):
+                    self.close()
                 self._failed(first_line(error))
+            elif len(records) > 1:
+                self._queue.extendleft(record.name for record in reversed(records))
             else:
-                self._quarantine(name, f"the store refused it: {first_line(error)}", writer)
+                self._refused(records[0].name, first_line(error), writer)
         else:
-            self._spool.remove(name)
-            self._maybe_stored.discard(name)
+            for record in records:
+                self._spool.remove(record.name)
             self._succeeded()
+
+    def _postpone(self, records: Sequence[Record], error: DeletedExperimentError) -> None:
+        """Deliver first what does not need the experiment that was deleted."""
+        self._failures.update(record.name for record in records)
+        if len(records) > 1:
+            self._queue.extendleft(record.name for record in reversed(records))
+        else:
+            self._blocked[records[0].name] = error
+
+    def _raise_if_blocked(self) -> None:
+        for name, error in self._blocked.items():
+            if self._spool.has(name):
+                raise error
+
+    def _read(self, name: str, writer: StoreWriter) -> Record | None:
+        """Return a pending record; None if it has been delivered, or cannot be and is quarantined."""
+        try:
+            return checked(self._spool.read(name))
+        except FileNotFoundError:
+            return None
+        except CorruptedRecordError as error:
+            self._quarantine(name, str(error), writer)
+            return None
+
+    def _refused(self, name: str, reason: str, writer: StoreWriter) -> None:
+        self._refusals[name] += 1
+        if self._refusals[name] < _REFUSALS:
+            self._failed(reason)
+        else:
+            self._quarantine(name, f"{REFUSED}: {reason}", writer)
 
     def _quarantine(self, name: str, reason: str, writer: StoreWriter) -> None:
         self._spool.quarantine(name, reason)
@@ -136,28 +191,22 @@ class Delivery:
         """Open the store before the first record."""
         if self._writer is None:
             address = self._spool.address
-            writer = StoreWriter(connect(address.uri), self._spool, locks_at(locks_path(address.uri)))
             try:
+                writer = open_writer(self._spool, locks_at(locks_path(address.uri)))
                 writer.close_stale_runs()
+            except (ConfigError, StoreUnavailableError):
+                raise
             except Exception as error:
                 if denied := access_error(address.uri, error):
                     raise denied from error
                 if not is_transient(error):
                     raise
                 raise StoreUnavailableError(first_line(error)) from error
-            self._maybe_stored = self._found_in_store()
             self._spool.remove_abandoned()
             self._writer = writer
             self._on_problem(None)
             self._pause = 0.0
         return self._writer
-
-    def _found_in_store(self) -> set[str]:
-        """Return the pending records of which the store has a run, complete or begun by this spool."""
-        names = {key_of(name): name for name in self._spool.pending()}
-        queries = queries_of(self._spool.address)
-        known = {*queries.finished(list(names)), *queries.running(self._spool.identity)}
-        return {name for key, name in names.items() if key in known}
 
     def _failed(self, problem: str) -> None:
         self._pause = min(2 * self._pause, _LONGEST_PAUSE) if self._pause else self._first_pause
@@ -189,8 +238,8 @@ def deliver_all(spool: Spool, patience: float) -> str:
         current = problem or ""
 
     try:
-        with spool.lock.acquire(timeout=patience):
-            Delivery(spool, note, Event()).run_until_empty(patience)
+        with spool.lock.acquire(timeout=patience), closing(Delivery(spool, note, Event())) as delivery:
+            delivery.run_until_empty(patience)
     except Timeout:
         return "another process is delivering them"
     return current

@@ -10,7 +10,9 @@ steps = rds.load_periods(runs, runs.index[0])["steps"]      # (periods, trials)
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import warnings
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
@@ -31,15 +33,23 @@ def load_runs(
     study: str | None = None,
     filter: str | None = None,  # noqa: A002 - MLflow's word
     *,
+    where: Mapping[str, Any] = MappingProxyType({}),
+    outdated: bool = False,
     outputs: str = "outputs",
     uri: str | None = None,
     experiment: str = "design points",
 ) -> pd.DataFrame:
     """Return the complete runs, a row for each, by run id.
 
+    Of each component of your own, the runs of its newest recorded code count; a warning tells how many were left out.
+
     Args:
         study: return only the runs of this study.
         filter: return only the runs that match this filter of MLflow's search: `params.reward = 'end_reward'`.
+        where: return only the runs that have these values, under the names of the command line:
+            `{"exploration": "linear", "world.size": [10, 20]}`; a list means any of them.
+        outdated: whether runs of earlier code of your components are returned, too; they are if `filter` or `where`
+            names it, as `representation.source`.
         outputs: folder that commands wrote into.
         uri: of the store, if it is not the database in that folder.
         experiment: name of the experiment that holds the runs.
@@ -49,10 +59,12 @@ def load_runs(
         name on the command line, numbers as numbers; and the scalars, see `LearningCurves.scalars`.
 
     Raises:
-        ConfigError: there is no such store, experiment or study, or the filter is not valid.
+        ConfigError: there is no such store, experiment, study or parameter, or the filter is not valid.
     """
     options = MlflowTracking(uri=uri or f"sqlite:///{outputs}/mlflow.db", experiment=experiment)
-    frame = options.reader().frame(study, filter)
+    frame, left_out = options.reader().select(study, filter, where, outdated=outdated)
+    if left_out:
+        warnings.warn(f"{left_out}; outdated=True includes them", stacklevel=2)
     frame.attrs[_STORE] = {"uri": options.uri, "experiment": experiment}
     return frame
 

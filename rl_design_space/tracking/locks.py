@@ -48,7 +48,7 @@ class PointLocks:
         if name in self._held:
             return False
         try:
-            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _offset(name))
+            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, lock_number(name))
         except (BlockingIOError, PermissionError):  # which of them depends on the system
             return False
         except OSError as error:
@@ -63,7 +63,14 @@ class PointLocks:
         """Release a lock if this process holds it."""
         if name in self._held:
             self._held.remove(name)
-            fcntl.lockf(self._file, fcntl.LOCK_UN, 1, _offset(name))
+            fcntl.lockf(self._file, fcntl.LOCK_UN, 1, lock_number(name))
+
+    def is_free(self, name: str) -> bool:
+        """Return whether no process holds the lock of a name."""
+        if not self.acquire(name):
+            return False
+        self.release(name)
+        return True
 
     def add_to_journal(self, fingerprint: str) -> None:
         """Append a point to the journal; call it right before its run is marked as finished."""
@@ -105,6 +112,6 @@ def locks_at(path: Path) -> PointLocks:
     return PointLocks(path)
 
 
-def _offset(name: str) -> int:
-    """Return the offset of a lock in the file: 62 bits, so that two names collide once in 10^18."""
+def lock_number(name: str) -> int:
+    """Return the number of a lock, its offset in the file: 62 bits, so that two names collide once in 10^18."""
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:8]) >> 2

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
@@ -14,9 +16,10 @@ from rl_design_space.tracking.background import BackgroundDelivery, background_d
 from rl_design_space.tracking.locks import locks_at, locks_path
 from rl_design_space.tracking.origin import origin_tags
 from rl_design_space.tracking.queries import queries_of
+from rl_design_space.tracking.record_schema import checked
 from rl_design_space.tracking.spool import CLOSE, OPEN, STUDIES, TIDY, CorruptedRecordError, Record, Spool, point_name
 from rl_design_space.tracking.store_errors import StoreUnavailableError
-from rl_design_space.tracking.tags import studies_of, study_tags
+from rl_design_space.tracking.tags import NOTE_TAG, studies_of, study_tags
 from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding, SweepRecord
 from rl_design_space.tracking.views import points_tags, sweeps_tags
 
@@ -70,8 +73,13 @@ class MlflowTracker:
         self._origin = origin_tags(command)
         #: Fingerprints of the points recorded by this tracker; delivery of their records releases their locks.
         self._written: set[str] = set()
+        #: Those of them that the store is known to have.
+        self._found: set[str] = set()
         #: Whether the store has answered which points it has; if not, delivery looks for each point first.
         self._store_answers = True
+        #: Whether the store is known to accept results, as far as that can be known before there are any.
+        self._is_checked = False
+        self._note = ""
         #: Whether the disk has been full for `patience` seconds.
         self._disk_is_full = False
 
@@ -83,6 +91,7 @@ class MlflowTracker:
         Raises:
             ConfigError: the store cannot be used.
         """
+        self._check_store()
         self._locks.skip_journal()
         # In this order: a record that is delivered in between is found in one of the two.
         pending = self._pending(fingerprints)
@@ -141,22 +150,25 @@ class MlflowTracker:
         self._close_stale_runs()
         status = self._delivery.wait(self._patience, on_progress)
         lost = {fingerprint: reason for fingerprint, reason in status.lost.items() if fingerprint in self._written}
-        return DeliveryStatus(status.pending, status.reason, lost)
+        if not status.pending:
+            lost |= self._removed(lost)
+        return DeliveryStatus(status.pending, status.reason, lost, self._note)
+
+    def _removed(self, lost: Mapping[str, str]) -> dict[str, str]:
+        """Return the delivered points that a database does not have, with the reason."""
+        if self._spool.address.is_server or not self._written - self._found:
+            return {}
+        with suppress(StoreUnavailableError):
+            self._found |= self._queries.recorded(self._written)
+            reason = "its run is not in the store any more: runs were removed, or the database was replaced"
+            return dict.fromkeys(self._written - self._found - lost.keys(), reason)
+        return {}
 
     def _close_stale_runs(self) -> None:
-        """Have the runs of dead processes closed, if there are any: RUNNING, but neither pending nor locked."""
-        for key in self._running():
-            is_pending = self._spool.has(point_name(key)) or self._spool.has(Record(CLOSE, key, {}).name)
-            if not is_pending and self._locks.acquire(key):
-                self._locks.release(key)
+        """Have the runs of dead processes closed, if there are any."""
+        with suppress(StoreUnavailableError):
+            if any(run.is_stale(self._spool, self._locks) for run in self._queries.running()):
                 self._submit(Record(TIDY, uuid4().hex, {}))
-                return
-
-    def _running(self) -> list[str]:
-        try:
-            return self._queries.running(self._spool.identity)
-        except StoreUnavailableError:
-            return []
 
     def _pending(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the points with a pending record; a corrupted record is quarantined, so that its point runs again."""
@@ -166,7 +178,7 @@ class MlflowTracker:
             if not self._spool.has(name):
                 continue
             try:
-                content = self._spool.read(name).content
+                content = checked(self._spool.read(name)).content
             except FileNotFoundError:
                 continue
             except CorruptedRecordError as error:
@@ -174,6 +186,12 @@ class MlflowTracker:
                 continue
             found[fingerprint] = StoredRun("", studies_of(content["tags"]), content["scalars"])
         return found
+
+    def _check_store(self) -> None:
+        if not self._is_checked:
+            with suppress(StoreUnavailableError):
+                self._note = self._queries.check()
+            self._is_checked = True
 
     def _stored(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         try:
@@ -217,7 +235,7 @@ class _Sweep:
         self._content: dict[str, Any] = {
             "name": plan.name,
             "started": int(time.time() * 1000),
-            "tags": {**study_tags(plan.studies), **tracker._origin, "mlflow.note.content": note},
+            "tags": {**study_tags(plan.studies), **tracker._origin, NOTE_TAG: note},
         }
         started = self._content["started"]
         views = {"views": points_tags(plan, started), "sweep_views": sweeps_tags(started)}
@@ -225,6 +243,8 @@ class _Sweep:
 
     def close(self, ending: SweepEnding) -> None:
         """End the run."""
+        if ending.status != "KILLED":  # a sweep that is stopped does not wait for the store
+            ending = replace(ending, stored={**ending.stored, **self._delivered(ending.stored)})
         content = {
             **self._content,
             "ended": int(time.time() * 1000),
@@ -234,3 +254,7 @@ class _Sweep:
         }
         self._tracker._submit(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending)))
         self._tracker._locks.release(self._key)
+
+    def _delivered(self, stored: Mapping[str, StoredRun]) -> dict[str, StoredRun]:
+        """Return the runs of records that were pending when their points were recorded, and are delivered now."""
+        return self._tracker._stored([fingerprint for fingerprint, run in stored.items() if not run.run_id])

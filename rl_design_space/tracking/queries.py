@@ -9,6 +9,7 @@ from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.database import DatabaseQueries
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
 from rl_design_space.tracking.server import ServerQueries
+from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.tracker import StoredRun
 
 
@@ -36,16 +37,24 @@ class Queries(Protocol):
         """Count the runs by status."""
         ...
 
+    def check(self) -> str:
+        """Check that results can be recorded: no experiment was deleted, MLflow can use the schema of a database.
+
+        Returns:
+            What users should know about recording into this store; usually empty.
+        """
+        ...
+
+    def recorded(self, fingerprints: Collection[str]) -> set[str]:
+        """Return those of these points that have a complete run."""
+        ...
+
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
         ...
 
-    def running(self, spool: str) -> list[str]:
-        """Return the keys of the RUNNING runs that a spool has begun: fingerprints of points and ids of sweeps.
-
-        Args:
-            spool: identity of the spool.
-        """
+    def running(self) -> list[RunningRun]:
+        """Return the RUNNING runs of points and sweeps."""
         ...
 
 

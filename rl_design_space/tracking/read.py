@@ -6,24 +6,30 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from urllib.parse import quote, unquote, urlencode, urlsplit
 
 from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.result import read_saved
+from rl_design_space.tracking import selection
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
 from rl_design_space.tracking.queries import queries_of
+from rl_design_space.tracking.run_files import DamagedFileError, check_config, check_periods, read_config, read_periods
 from rl_design_space.tracking.run_frame import filtered, frame_of, of_study
+from rl_design_space.tracking.selection import Where
+from rl_design_space.tracking.store_errors import access_error, as_tracking_error, first_line, is_transient
 from rl_design_space.tracking.tags import STUDY_TAG
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
     import pandas as pd
     from mlflow import MlflowClient
+
+    from rl_design_space.tracking.found_run import FoundRun
 
 Read = TypeVar("Read")
 
@@ -87,19 +93,45 @@ class RunReader:
         """Return the complete runs among these points, by fingerprint."""
         return self._queries.finished(fingerprints)
 
-    def frame(self, study: str | None = None, filter: str | None = None) -> pd.DataFrame:  # noqa: A002
-        """Return a tidy frame of runs, see `run_frame.frame_of`.
+    def runs(self) -> list[FoundRun]:
+        """Return all complete runs."""
+        return self._queries.runs()
+
+    def frame(self) -> pd.DataFrame:
+        """Return a tidy frame of all complete runs, see `run_frame.frame_of`."""
+        return frame_of(self._queries.runs())
+
+    def select(
+        self,
+        study: str | None = None,
+        filter: str | None = None,  # noqa: A002
+        where: Where = MappingProxyType({}),
+        *,
+        outdated: bool = False,
+    ) -> tuple[pd.DataFrame, str]:
+        """Return a tidy frame of runs, see `run_frame.frame_of`, and a note on those left out; empty if none were.
 
         Args:
             study: return only the runs of this study.
             filter: return only the runs that match this filter of MLflow's search.
+            where: return only the runs that have these values of parameters; a list means any of them.
+            outdated: whether runs of earlier code are included, see `selection`; they are, too, if the filter or
+                `where` names the code of a component, such as `representation.source`.
 
         Raises:
-            ConfigError: there is no such study, or the filter is not valid.
+            ConfigError: there is no such study or parameter, or the filter is not valid.
         """
-        found = self._queries.runs()
-        frame = frame_of(found if filter is None else filtered(found, filter))
-        return frame if study is None else of_study(frame, study)
+        found = every = self._queries.runs()
+        if filter is not None:
+            found = filtered(found, filter)
+        found = selection.chosen(found, where)
+        frame = frame_of(found)
+        if study is not None:
+            frame = of_study(frame, study)
+        if outdated or any(selection.SOURCE in name for name in (filter or "", *where)):
+            return frame, ""
+        old = {run_id: what for run_id, what in selection.outdated(every).items() if run_id in frame.index}
+        return (frame.drop(list(old)) if old else frame), selection.left_out(old, len(frame))
 
     def curves(self, runs: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
         """Return learning curves of runs, a row for each run and trial: `run_id`, `trial`, and a column for each name.
@@ -126,12 +158,30 @@ class RunReader:
         return table[["run_id", "trial", *names]]
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
-        """Return the arrays of a run's artifact."""
-        return self._artifact(run, PERIODS_FILE, read_saved)
+        """Return the arrays of a run's artifact.
 
-    def config(self, run: StoredRun) -> str:
-        """Return the resolved config of a run, as YAML."""
-        return self._artifact(run, CONFIG_FILE, lambda path: path.read_text(encoding="utf-8"))
+        Raises:
+            DamagedFileError: they cannot be read.
+        """
+        return self._artifact(run, PERIODS_FILE, read_periods)
+
+    def config(self, run: StoredRun) -> dict[str, Any]:
+        """Return the resolved config of a run.
+
+        Raises:
+            DamagedFileError: it cannot be read.
+        """
+        return self._artifact(run, CONFIG_FILE, read_config)
+
+    def check(self, run: FoundRun) -> None:
+        """Check that the files of a run are what was recorded.
+
+        Raises:
+            DamagedFileError: one of them cannot be read, or does not agree with what the store knows of the run.
+        """
+        stored = StoredRun(run.run_id, artifacts=run.artifacts)
+        check_periods(run, self.periods(stored))
+        check_config(run, self.config(stored))
 
     def link(self, ui: str, study: str) -> str:
         """Return the address of a study's runs in an MLflow UI."""
@@ -149,12 +199,18 @@ class RunReader:
             for path in paths:
                 self._client.log_artifact(run.info.run_id, str(path), "report")
 
-    def _artifact(self, run: StoredRun, name: str, read: Callable[[Path], Read]) -> Read:
+    def _artifact(self, run: StoredRun, name: str, read: Callable[[str, Path], Read]) -> Read:
         place = urlsplit(run.artifacts)
         if place.scheme in ("", "file") and place.path:
-            return read(Path(unquote(place.path)) / name)
+            return read(run.run_id, Path(unquote(place.path)) / name)
         with TemporaryDirectory() as folder:
-            return read(Path(self._client.download_artifacts(run.run_id, name, folder)))
+            try:
+                path = Path(self._client.download_artifacts(run.run_id, name, folder))
+            except Exception as error:
+                if is_transient(error) or access_error(self._address.uri, error):
+                    raise as_tracking_error(self._address.uri, error) from error
+                raise DamagedFileError(run.run_id, name, first_line(error)) from error
+            return read(run.run_id, path)
 
     @cached_property
     def _client(self) -> MlflowClient:

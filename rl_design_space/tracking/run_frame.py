@@ -22,8 +22,6 @@ _EXPONENT = re.compile(r"-?\d+(\.\d+)?e[+-]?\d+")
 _TRUTH = {"true": True, "false": False}
 #: Number of characters that no number has; Python refuses to convert thousands of digits.
 _LONGEST = 400
-#: Suffix of the param that identifies the code of a user's own component; the rest is the name of the option.
-_SOURCE = ".source"
 #: Columns of a frame of runs that are neither params nor scalars; its index is `run_id`.
 ABOUT = ("run_id", "name", "fingerprint", "studies", "started", "ended", "artifacts")
 
@@ -71,15 +69,6 @@ def of_study(frame: pd.DataFrame, study: str) -> pd.DataFrame:
         known = {name for names in frame["studies"].unique() for name in names.split(" ") if name}
         raise ConfigError.unknown("study among these runs", study, known)
     return frame[belongs]
-
-
-def of_newest_code(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the runs without those of outdated components: of each option, the code of its latest run is kept."""
-    for name in frame.columns[frame.columns.str.endswith(_SOURCE)]:
-        option = name.removesuffix(_SOURCE)
-        newest = frame.sort_values("started").groupby(option)[name].last()  # skips runs without a source
-        frame = frame[frame[name].isna() | (frame[name] == frame[option].map(newest))]
-    return frame
 
 
 def filtered(found: Sequence[FoundRun], text: str) -> list[FoundRun]:

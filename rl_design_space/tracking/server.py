@@ -12,6 +12,7 @@ from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
+from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import (
     access_error,
     as_tracking_error,
@@ -19,7 +20,7 @@ from rl_design_space.tracking.store_errors import (
     is_transient,
     missing_experiment,
 )
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, SPOOL_TAG, SWEEP_TAG, studies_of
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, studies_of
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
@@ -67,6 +68,17 @@ class ServerQueries:
             found = search_all(self._client(), experiment, "", ViewType.ALL) if experiment else []
             return RunCounts.of(Counter((run.info.lifecycle_stage, run.info.status) for run in found))
 
+    def check(self) -> str:
+        """Check that results can be recorded."""
+        with _translated_errors(self._address):
+            self._known("experiment", self._address.experiment)
+            self._known("sweeps", self._address.sweeps)
+        return ""
+
+    def recorded(self, fingerprints: Collection[str]) -> set[str]:
+        """Return those of these points that have a complete run."""
+        return set(self.finished(fingerprints))
+
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
         with _translated_errors(self._address):
@@ -79,19 +91,23 @@ class ServerQueries:
         wanted_points = set(fingerprints)
         return {fingerprint: run for fingerprint, run in found if fingerprint in wanted_points}
 
-    def running(self, spool: str) -> list[str]:
-        """Return the keys of the RUNNING runs that a spool has begun: fingerprints of points and ids of sweeps."""
+    def running(self) -> list[RunningRun]:
+        """Return the RUNNING runs of points and sweeps."""
         with _translated_errors(self._address):
             names = (self._address.experiment, self._address.sweeps)
             known = [self._client().get_experiment_by_name(name) for name in names]
-            wanted = f"attributes.status = 'RUNNING' and tags.`{SPOOL_TAG}` = '{spool}'"
-            runs = [run for each in known if each for run in search_all(self._client(), each.experiment_id, wanted)]
-        return [run.data.tags.get(FINGERPRINT_TAG) or run.data.tags.get(SWEEP_TAG, "") for run in runs]
+            ids = [each.experiment_id for each in known if each]
+            runs = [run for each in ids for run in search_all(self._client(), each, "attributes.status = 'RUNNING'")]
+        return [RunningRun.of(run.data.tags) for run in runs]
 
     def _experiment(self) -> str | None:
-        known = self._client().get_experiment_by_name(self._address.experiment)
+        return self._known("experiment", self._address.experiment)
+
+    def _known(self, key: str, name: str) -> str | None:
+        """Return the id of an experiment, if there is one; `key` is the setting that names it."""
+        known = self._client().get_experiment_by_name(name)
         if known and known.lifecycle_stage == "deleted":
-            raise deleted_experiment("experiment", self._address.experiment)
+            raise deleted_experiment(key, name, self._address.uri, known.experiment_id)
         return str(known.experiment_id) if known else None
 
     def _client(self) -> MlflowClient:

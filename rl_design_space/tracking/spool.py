@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from filelock import FileLock
 
@@ -20,13 +21,24 @@ from rl_design_space.tracking.address import StoreAddress
 #: Kinds of records, in the order in which they have to be delivered: a sweep begins, its points are recorded, stored
 #: points join studies, a sweep ends, runs of dead processes are closed.
 OPEN, POINT, STUDIES, CLOSE, TIDY = KINDS = ("open", "point", "studies", "close", "tidy")
-_RECORD, _STORE = ".record", "store.json"
+#: How the reason begins for which a record is quarantined that the store has refused.
+REFUSED = "the store refused it"
+_RECORD, _STORE, _IDENTITY = ".record", "store.json", "identity"
 #: Seconds after which a temporary file is taken to be abandoned by a process that was killed.
 _ABANDONED = 3600
 
 
 class CorruptedRecordError(Exception):
-    """A record whose file does not hold what was written; the message says so in full."""
+    """A record whose file does not hold what was written; the message says so in full.
+
+    Args:
+        name: of the record.
+        reason: the message.
+    """
+
+    def __init__(self, name: str, reason: str) -> None:
+        super().__init__(reason)
+        self.name = name
 
 
 @dataclass(frozen=True)
@@ -38,12 +50,14 @@ class Record:
         key: fingerprint of the point, or id of the sweep.
         content: plain values that JSON can hold; `StoreWriter` reads them.
         files: contents of files by name.
+        digest: 64 hexadecimal digits that follow from all of it; empty unless the record was read from a spool.
     """
 
     kind: str
     key: str
     content: Mapping[str, Any]
     files: Mapping[str, bytes] = field(default_factory=dict)
+    digest: str = field(default="", compare=False)
 
     @property
     def name(self) -> str:
@@ -73,6 +87,7 @@ class Spool:
         if not (spool.folder / _STORE).exists():
             spool.folder.mkdir(parents=True, exist_ok=True)
             spool._write(_STORE, json.dumps(vars(address), indent=2).encode())
+        spool._ensure_identity()
         return spool
 
     @classmethod
@@ -87,8 +102,16 @@ class Spool:
 
     @property
     def identity(self) -> str:
-        """A name that differs from that of all other spools, on other machines too."""
-        return f"{platform.node()}:{self.folder}"
+        """A name that differs from that of all other spools, and stays the same on another host or in another place."""
+        try:
+            return (self.folder / _IDENTITY).read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return self._place
+
+    @property
+    def identities(self) -> frozenset[str]:
+        """All names of this spool: version 0.1.0 named a spool by its place."""
+        return frozenset({self.identity, self._place})
 
     @property
     def lock(self) -> FileLock:
@@ -122,13 +145,13 @@ class Spool:
         """
         digest, content = _split((self.folder / name).read_bytes())
         if digest != _digest(content):
-            raise CorruptedRecordError("record is corrupted (checksum mismatch)")
+            raise CorruptedRecordError(name, "record is corrupted (checksum mismatch)")
         try:
-            record = _unpacked(content)
-        except (KeyError, ValueError) as error:
-            raise CorruptedRecordError(f"record is corrupted (cannot be read: {error})") from error
+            record = _unpacked(content, digest.hex())
+        except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
+            raise CorruptedRecordError(name, f"record is corrupted (cannot be read: {error})") from error
         if record.name != name:
-            raise CorruptedRecordError(f"record is corrupted (its file holds {record.name})")
+            raise CorruptedRecordError(name, f"record is corrupted (its file holds {record.name})")
         return record
 
     def remove(self, name: str) -> None:
@@ -160,12 +183,38 @@ class Spool:
                 return path.with_name(f"{path.name}.why").read_text(encoding="utf-8").strip()
         return None
 
+    def restore_refused(self) -> int:
+        """Make the records pending again that the store has refused; return how many."""
+        restored = 0
+        for path in self.quarantined():
+            why = path.with_name(f"{path.name}.why")
+            place = self.folder / path.name.partition("-")[2]
+            with suppress(FileNotFoundError):  # another process has just done so
+                if why.read_text(encoding="utf-8").startswith(REFUSED) and not place.exists():
+                    path.rename(place)
+                    why.unlink()
+                    restored += 1
+        return restored
+
     def remove_abandoned(self) -> None:
         """Remove temporary files of processes that were killed while they were writing."""
         for path in self.folder.glob(".*.new"):
             with suppress(FileNotFoundError):
                 if time.time() - path.stat().st_mtime > _ABANDONED:
                     path.unlink()
+
+    @property
+    def _place(self) -> str:
+        return f"{platform.node()}:{self.folder}"
+
+    def _ensure_identity(self) -> None:
+        path = self.folder / _IDENTITY
+        if not path.exists():
+            new = path.with_name(f".{_IDENTITY}.{uuid4().hex}.new")
+            new.write_text(f"spool-{uuid4().hex}", encoding="utf-8")
+            with suppress(FileExistsError):  # of two processes at once, the first one decides
+                os.link(new, path)
+            new.unlink()
 
     def _write(self, name: str, content: bytes) -> None:
         new = self.folder / f".{name}.{os.getpid()}.new"
@@ -220,12 +269,21 @@ def _packed(record: Record) -> bytes:
     return b"".join((line.encode(), b"\n", *record.files.values()))
 
 
-def _unpacked(packed: bytes) -> Record:
+def _unpacked(packed: bytes, digest: str) -> Record:
+    """Return the record, whose writer need not have been this program.
+
+    Raises:
+        Exception: of whatever type, if it is not what `_packed` returns.
+    """
     line, _, rest = packed.partition(b"\n")
     header, files, end = json.loads(line), {}, 0
     for name, size in header["files"].items():
+        if Path(name).name != name or not 0 <= size <= len(rest) - end:
+            raise ValueError(f"a file {name!r} of {size!r} bytes")
         files[name] = rest[end : (end := end + size)]
-    return Record(header["kind"], header["key"], header["content"], files)
+    if header["kind"] not in KINDS or not isinstance(header["key"], str) or not isinstance(header["content"], dict):
+        raise ValueError("its kind, key or content is not that of a record")
+    return Record(header["kind"], header["key"], header["content"], files, digest)
 
 
 def _digest(content: bytes) -> bytes:

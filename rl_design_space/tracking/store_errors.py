@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+import shlex
 import sqlite3
+import sys
+from typing import Any
 
 from filelock import Timeout
 
@@ -56,28 +59,27 @@ def access_error(uri: str, error: BaseException) -> ConfigError | None:
     return ConfigError.at("tracking.uri", uri, expected)
 
 
-def is_transient(error: BaseException) -> bool:
+def is_transient(error: Any) -> bool:
     """Return whether the error is transient: a lock, a full disk, a server that is away or reports an error itself."""
-    from mlflow.exceptions import MlflowException
-    from requests.exceptions import HTTPError, RequestException
-    from sqlalchemy.exc import DBAPIError
-
     if _access_status(error) is not None:
         return False
-    if isinstance(error, HTTPError) and error.response is not None:
-        return error.response.status_code >= _SERVER_ERROR or error.response.status_code == _TOO_MANY
-    if isinstance(error, (StoreUnavailableError, Timeout, RequestException, ConnectionError)):
+    if _is(error, "requests.exceptions", "HTTPError") and error.response is not None:
+        status: int = error.response.status_code
+        return status >= _SERVER_ERROR or status == _TOO_MANY
+    if isinstance(error, (StoreUnavailableError, Timeout, ConnectionError)):
         return True
-    if isinstance(error, (DBAPIError, sqlite3.OperationalError)):
+    if _is(error, "requests.exceptions", "RequestException"):
+        return True
+    if _is(error, "sqlalchemy.exc", "DBAPIError") or isinstance(error, sqlite3.OperationalError):
         return any(word in str(error).lower() for word in _TRANSIENT_WORDS)
     if isinstance(error, OSError):
         return error.errno in (errno.ENOSPC, errno.EDQUOT)
-    if isinstance(error, MlflowException):
+    if _is(error, "mlflow.exceptions", "MlflowException"):
         cause = error.__cause__ or error.__context__
         if cause is not None and is_transient(cause):
             return True
         # A server answers so when its own database is away; a database raises it for errors of all kinds.
-        status: int = error.get_http_status_code()  # type: ignore[no-untyped-call]
+        status = error.get_http_status_code()
         return status >= _SERVER_ERROR and _has_transient_words(str(error))
     return False
 
@@ -90,9 +92,22 @@ def first_line(error: BaseException) -> str:
     return line.partition(" with exception ")[0]
 
 
-def deleted_experiment(key: str, name: str) -> ConfigError:
-    """Return the error for an experiment that was deleted; `key` is the setting that names it."""
-    return ConfigError.at(f"tracking.{key}", name, "was deleted in this store; restore it or use another name")
+class DeletedExperimentError(ConfigError):
+    """An experiment that was deleted; see `deleted_experiment`."""
+
+
+def deleted_experiment(key: str, name: str, uri: str, experiment: object) -> ConfigError:
+    """Return the error for an experiment that was deleted.
+
+    Args:
+        key: the setting that names it.
+        name: of the experiment.
+        uri: of the store.
+        experiment: its id.
+    """
+    restore = f"MLFLOW_TRACKING_URI={shlex.quote(uri)} mlflow experiments restore --experiment-id {experiment}"
+    expected = f"was deleted in this store; use another name, or restore it with: {restore}"
+    return DeletedExperimentError.at(f"tracking.{key}", name, expected)
 
 
 def missing_experiment(address: StoreAddress) -> ConfigError:
@@ -100,21 +115,22 @@ def missing_experiment(address: StoreAddress) -> ConfigError:
     return ConfigError.at("tracking.experiment", address.experiment, f"there is no such experiment in {address.uri}")
 
 
-def _access_status(error: BaseException) -> int | None:
+def _access_status(error: Any) -> int | None:
     """Return 401 or 403 if an error says that access was denied, 401 for databases; None for any other error."""
-    from mlflow.exceptions import MlflowException
-    from requests.exceptions import HTTPError
-    from sqlalchemy.exc import DBAPIError
-
-    if isinstance(error, MlflowException):
-        status: int = error.get_http_status_code()  # type: ignore[no-untyped-call]
-    elif isinstance(error, HTTPError) and error.response is not None:
+    if _is(error, "mlflow.exceptions", "MlflowException"):
+        status: int = error.get_http_status_code()
+    elif _is(error, "requests.exceptions", "HTTPError") and error.response is not None:
         status = error.response.status_code
-    elif isinstance(error, DBAPIError) and any(word in str(error.orig) for word in _ACCESS_WORDS):
+    elif _is(error, "sqlalchemy.exc", "DBAPIError") and any(word in str(error.orig) for word in _ACCESS_WORDS):
         status = _UNKNOWN
     else:
         return None
     return status if status in (_UNKNOWN, _FORBIDDEN) else None
+
+
+def _is(error: Any, module: str, name: str) -> bool:
+    """Return whether an error is of a class, without importing its module: MLflow's takes seconds."""
+    return module in sys.modules and isinstance(error, getattr(sys.modules[module], name))
 
 
 def _has_transient_words(text: str) -> bool:

@@ -9,6 +9,7 @@ from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space.learning.measures import SCALARS
+from rl_design_space.plan.differences import differing, grid
 from rl_design_space.tracking import values
 
 if TYPE_CHECKING:
@@ -63,16 +64,24 @@ def _note(plan: Plan, command: str, origin: Mapping[str, str], verdict: str) -> 
     code = f"rl-design-space {origin['rl_design_space.version']}"
     if commit := origin.get("mlflow.source.git.commit"):
         code += f", commit {commit[:10]}"
-    axes = " × ".join(f"{len(counts)} {name}" for name, counts in plan.axes.items())
     return "\n".join(
         [
-            f"**{plan.name}**: {len(plan):,} points{f' ({axes})' if axes else ''}",
+            f"**{plan.name}**: {len(plan):,} point{'' if len(plan) == 1 else 's'}{_shape(plan)}",
             "",
             f"- {verdict}",
             f"- `{values.tag(command)}`",
             f"- by {who}, {code}",
         ]
     )
+
+
+def _shape(plan: Plan) -> str:
+    """Return in how many values of which parameters the points differ; multiplied if all combinations are points."""
+    points = [{name: str(value) for name, value in planned.parameters.items()} for planned in plan]
+    if whole := grid(points):
+        return f" ({' × '.join(f'{count} {name}' for name, count in whole.items())})"
+    counts = {name: len({point.get(name) for point in points}) for name in differing(points)}
+    return f" (not all combinations of {', '.join(f'{n} {name}' for name, n in counts.items())})" if counts else ""
 
 
 def _ranked(plan: Plan, ending: SweepEnding) -> list[dict[str, Any]]:

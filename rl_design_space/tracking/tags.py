@@ -14,6 +14,8 @@ FINGERPRINT_TAG = "fingerprint"
 SWEEP_TAG = "rl_design_space.sweep"
 #: Identity of the spool that a run is written from.
 SPOOL_TAG = "rl_design_space.spool"
+#: The note of a run, which MLflow's UI shows.
+NOTE_TAG = "mlflow.note.content"
 #: Why a run is incomplete.
 INCOMPLETE_TAG = "rl_design_space.incomplete"
 

@@ -113,11 +113,13 @@ class DeliveryStatus:
         pending: number of pending records: on disk, not yet in the store.
         reason: why they are not delivered.
         lost: why points cannot be stored, by fingerprint.
+        note: what users should know about recording into this store; usually empty.
     """
 
     pending: int = 0
     reason: str = ""
     lost: Mapping[str, str] = field(default_factory=dict)
+    note: str = ""
 
 
 class NullTracker:

@@ -1,11 +1,11 @@
-"""Maintenance of a store: its status, and removing deleted runs for good."""
+"""Maintenance of a store: its status, damaged runs, and removing deleted runs for good."""
 
 from __future__ import annotations
 
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +13,15 @@ from pathlib import Path
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import sqlite_path
 from rl_design_space.tracking.backends import MlflowTracking
-from rl_design_space.tracking.connection import analyze, configure_mlflow
-from rl_design_space.tracking.found_run import RunCounts
+from rl_design_space.tracking.connection import connect
+from rl_design_space.tracking.found_run import FoundRun, RunCounts
+from rl_design_space.tracking.mlflow_client import configure_mlflow
 from rl_design_space.tracking.queries import queries_of
+from rl_design_space.tracking.run_files import DamagedFileError
+from rl_design_space.tracking.selection import named
 from rl_design_space.tracking.spool import Spool, is_point
-from rl_design_space.tracking.store_errors import first_line, is_transient
+from rl_design_space.tracking.sqlite_file import analyze
+from rl_design_space.tracking.store_errors import as_tracking_error, first_line, is_transient
 
 #: Seconds to wait for other processes that write to the database.
 _PATIENCE = 30
@@ -100,6 +104,55 @@ def compact(options: MlflowTracking) -> Compaction:
         advice = "; try again when no other process uses it" if is_transient(error) else ""
         raise ConfigError(f"{database}: cannot be compacted: {first_line(error)}{advice}") from error
     return Compaction(deleted, before, _size([database]))
+
+
+def complete_runs(options: MlflowTracking) -> list[FoundRun]:
+    """Return the complete runs of a store.
+
+    Raises:
+        ConfigError: there is no store.
+        StoreUnavailableError: the store cannot be reached at the moment.
+    """
+    return options.reader().runs()
+
+
+def check(options: MlflowTracking, runs: Iterable[FoundRun]) -> Iterator[DamagedFileError | None]:
+    """Read the files of runs; yield what is wrong with each run, or None.
+
+    Raises:
+        StoreUnavailableError: the store cannot be reached at the moment.
+    """
+    reader = options.reader()
+    for run in runs:
+        try:
+            reader.check(run)
+        except DamagedFileError as error:
+            yield error
+        else:
+            yield None
+
+
+def forget(options: MlflowTracking, run_ids: Iterable[str]) -> list[FoundRun]:
+    """Delete runs in MLflow, which can restore them, so that their points count as missing; return the runs.
+
+    Args:
+        options: of the store.
+        run_ids: ids of complete runs, or beginnings of them.
+
+    Raises:
+        ConfigError: there is no such run, or several; nothing was deleted then.
+        StoreUnavailableError: the store cannot be reached at the moment.
+    """
+    every = complete_runs(options)
+    runs = {run.run_id: run for run in (named(every, run_id) for run_id in run_ids)}
+    client = connect(options.address.uri) if runs else None
+    try:
+        for run_id in runs:
+            assert client is not None
+            client.delete_run(run_id)
+    except Exception as error:
+        raise as_tracking_error(options.address.uri, error) from error
+    return list(runs.values())
 
 
 def _sizes(options: MlflowTracking) -> dict[str, int]:

@@ -12,6 +12,8 @@ from rl_design_space.errors import ConfigError
 
 #: Maximum numbers of characters of a param, a tag, and any name (MLflow 3.17; a server refuses more).
 PARAM_LENGTH, TAG_LENGTH, KEY_LENGTH = 6000, 5000, 250
+#: Maximum number of characters of the name of a run; a server and SQLite take longer ones, PostgreSQL does not.
+RUN_NAME_LENGTH = 250
 _KEY = re.compile(r"[\w.\- :/]+")
 
 
@@ -36,6 +38,11 @@ def param(value: Any) -> str:
 def tag(value: Any) -> str:
     """Return the text of a tag; a text that is too long is cut and ends in its digest, so that it stays distinct."""
     return _shortened(_plain(value), TAG_LENGTH)
+
+
+def run_name(name: str) -> str:
+    """Return the name of a run; one that is too long is cut and ends in its digest, so that it stays distinct."""
+    return _shortened(name, RUN_NAME_LENGTH)
 
 
 def key(name: str) -> str:

@@ -17,6 +17,7 @@ from rl_design_space.analysis.parts import (
     Ratio,
 )
 from rl_design_space.design import AdHoc, Direction, Distance
+from rl_design_space.errors import ConfigError
 from tests.analysis.made_up import MadeUp, MadeUpData
 
 FAST, SLOW = MadeUp(until=4), MadeUp(until=12)
@@ -46,6 +47,13 @@ def test_ratios_and_differences_are_paired():
     assert Ratio(what="-", point=OTHER, to=ONE, measure="total_steps", low=1.0).test(DATA).state == "fails"
     difference = Difference(what="-", point=ONE, to=OTHER, measure="trials_to_final", low=5.0, high=15.0).test(DATA)
     assert (difference.value, difference.state) == (8, "holds")
+
+
+@pytest.mark.parametrize("part", [Ratio, Difference])
+def test_points_with_other_periods_are_not_paired(part: type[Ratio]):
+    data = MadeUpData({"fast": FAST, "slow": MadeUp(periods=30)}, {})
+    with pytest.raises(ConfigError, match=r"seed, task\.periods: points of 30 and 60 periods cannot be compared"):
+        part(what="-", point=ONE, to=OTHER, measure="total_steps", low=1.0).test(data)
 
 
 @pytest.mark.parametrize(("expected", "state"), [(0.03, "holds"), (0.01, "fails")])

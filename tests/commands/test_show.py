@@ -48,6 +48,15 @@ def test_an_option_without_parameters(said: Said):
     assert "no parameters" in said("show", "representation=ad_hoc")
 
 
+def test_a_long_value_is_shortened_in_the_terminal_and_whole_in_json(said: Said, told: Told):
+    shown = said("show", "study.report")
+    assert len(shown.splitlines()) < 40
+    assert "rl_design_space.report.ClaimsLedger with title, notes, common, claims …" in shown
+    assert "…: shortened; --json shows the whole value" in shown
+    assert "statement" in told("show", "study.report")["study=claims"]["default"]["claims"]["fig2-a"]
+    assert "shortened" not in said("show", "exploration=linear")
+
+
 def test_the_default_is_what_the_file_says_with_interpolations_as_they_are(told: Told):
     assert told("show", "tracking=sqlite")["parameters"]["tracking.uri"]["default"] == "sqlite:///${outputs}/mlflow.db"
 

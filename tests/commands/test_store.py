@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rl_design_space.commands import words
+from rl_design_space.commands import figure_words, words
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import read_saved
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
@@ -83,6 +83,61 @@ def test_the_state_of_a_store(say, outputs: Path):
     assert re.search(r"deleted +0 runs", said)
     assert not Path(runs[0].artifacts.removeprefix("file://")).exists()
     assert Path(runs[2].artifacts.removeprefix("file://")).exists()
+
+
+def test_damaged_runs_are_found_and_learned_anew(say, outputs: Path):
+    tracker = tracker_at(outputs / "mlflow.db")
+    points = [learned(f"seed={seed}") for seed in range(3)]
+    runs = [record(tracker, *point) for point in points]
+    cut, changed, whole = (Path(run.artifacts.removeprefix("file://")) for run in runs)
+    (cut / "periods.npz").write_bytes((whole / "periods.npz").read_bytes()[:200])
+    (changed / "config.yaml").write_text((whole / "config.yaml").read_text().replace("seed: 2", "seed: 7"))
+    status, said = say("store", "status", "--check")
+    assert status == 1
+    assert f"damaged: run {runs[0].run_id}: periods.npz: File is not a zip file\n" in said
+    assert f"damaged: run {runs[1].run_id}: config.yaml: it says seed=7, recorded was 1\n" in said
+    assert "2 damaged runs; to learn their points anew: rl-design-space store forget --damaged" in said
+    with pytest.raises(ConfigError, match=rf"run {runs[0].run_id}: periods\.npz is damaged"):
+        say("rerun", runs[0].run_id)
+    with pytest.raises(ConfigError, match=rf"run {runs[1].run_id}: config\.yaml is damaged"):
+        say("rerun", runs[1].run_id)
+    with pytest.raises(ConfigError, match=rf"run {runs[0].run_id}: periods\.npz is damaged .*store forget"):
+        figure_words.main("curves", ["--by", "seed", f"outputs={outputs}"])
+    done = "1 run forgotten; the commands that ran their points learn them anew\n"
+    assert say("store", "forget", runs[0].run_id[:12])[1].endswith(done)
+    assert f"(run {runs[1].run_id})\n1 run forgotten;" in say("store", "forget", "--damaged")[1]
+    fingerprints = [planned.fingerprint for planned, _ in points]
+    assert list(tracker.finished(fingerprints)) == fingerprints[2:]
+    again = record(tracker, *points[0])
+    assert again.run_id not in ("", runs[0].run_id)
+    assert say("rerun", again.run_id)[0] == 0
+    status, said = say("store", "status", "--check")
+    assert status == 0
+    assert "the files of all complete runs are as they were recorded" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("forget",), "forget needs the ids of runs, or --damaged"),
+        (("compact", "--check"), "--check belongs to status"),
+        (("status", "--damaged"), "--damaged belongs to forget"),
+    ],
+)
+def test_flags_of_another_action_are_refused(
+    arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+):
+    with pytest.raises(SystemExit, match="2"):
+        words.run("store", arguments)
+    assert message in capsys.readouterr().err
+
+
+def test_nothing_is_forgotten_if_one_run_is_unknown(say, outputs: Path):
+    tracker = tracker_at(outputs / "mlflow.db")
+    run = record(tracker, *learned())
+    with pytest.raises(ConfigError, match="zzz: no complete run has an id that begins with this"):
+        say("store", "forget", run.run_id, "zzz")
+    assert tracker.finished([learned()[0].fingerprint])
 
 
 @pytest.mark.parametrize("arguments", [("store", "status"), ("store", "compact"), ("sync",)])

@@ -11,6 +11,7 @@ from omegaconf import OmegaConf
 
 from rl_design_space.config import user_config
 from rl_design_space.config.compose import shipped_config
+from rl_design_space.config.user_config import used
 from rl_design_space.design import AdHoc, DesignPoint, Direction, Linear, Task, Torus
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.grid import Grid
@@ -304,3 +305,16 @@ def test_a_report_may_need_no_points(planner: Planner):
 @pytest.mark.parametrize(("periods", "mark"), [(500, ""), (50, "quick look: 50 periods instead of 500"), (900, "")])
 def test_a_study_of_fewer_periods_is_marked(table4, periods: int, mark: str):
     assert table4(f"task.periods={periods}").mark == mark
+
+
+def test_periods_that_a_file_asks_for_are_no_quick_look(tmp_path: Path):
+    folder = tmp_path / "study"
+    folder.mkdir()
+    (folder / "mine.yaml").write_text('blocks: {a: {task.periods: "30,60", seed: "0,1"}, b: {task.periods: 40}}')
+    (folder / "both.yaml").write_text("includes: [mine]")
+    with used(tmp_path), shipped_config():
+        planner = Planner()
+        for name in ("mine", "both"):
+            for same in ((), ("world.size=4",), ("world.size=4", "task.periods=60")):
+                assert load_study(name, same, planner).mark == ""
+            assert load_study(name, ("task.periods=10",), planner).mark == "quick look: 10 periods instead of 60"

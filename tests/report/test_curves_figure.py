@@ -47,7 +47,7 @@ def test_a_line_is_a_point_and_the_frame_is_what_was_learned(study: Study):
     points = FIGURE.points(runs)
     assert list(points) == [(side, name) for side in ("left", "right") for name in ("k = 0.02", "k = 0.05")]
     frame = FIGURE.frames(runs)[MAIN].set_index(["panel", "line"])
-    for line, point in points.items():
+    for line, (point,) in points.items():
         expected = simulate(point.planned.point).steps.mean(axis=0)
         assert frame.loc[line, "mean"].tolist() == pytest.approx(expected.tolist())
 
@@ -96,7 +96,7 @@ def test_every_line_of_the_shipped_figures_is_a_point(name: str):
     figure: CurvesFigure = shipped.report()
     reader = LearningReader(shipped.plan, {planned.fingerprint for planned in shipped.plan})
     points = figure.points(Runs.of_study(shipped, reader))
-    assert len({point.planned.fingerprint for point in points.values()}) == len(points)
+    assert len({point.planned.fingerprint for (point,) in points.values()}) == len(points)
 
 
 def test_missing_lines_have_no_numbers(study: Study):

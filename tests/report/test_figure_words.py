@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import re
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +15,7 @@ import pandas as pd
 import pytest
 from PIL import Image
 
+import rl_design_space as rds
 from rl_design_space.commands import figure_words as command
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
@@ -21,7 +24,6 @@ from rl_design_space.plan.planner import plan_point
 from rl_design_space.report import Compare, Curves, Heatmap, Sensitivity
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.runs import Runs
-from rl_design_space.tracking.run_frame import of_newest_code
 from tests.tracking.stores import copy_database, options, record, tracker_at
 
 SIZE = ("task.periods=6", "task.trials=5", "world.size=4", "exploration=linear")
@@ -201,21 +203,45 @@ def test_a_selection_without_runs_is_refused(outputs: Path):
         command.main("sensitivity", ["exploration.k", "--study", "table4", f"outputs={outputs}"])
 
 
-def test_runs_of_earlier_code_are_left_out_option_by_option():
-    frame = pd.DataFrame(
-        [
-            ("rings", "sha256:old", "torus", None, 1),
-            ("rings", "sha256:new", "torus", None, 3),
-            ("way", "sha256:old", "torus", None, 2),
-            ("ad_hoc", None, "maze", "version 2", 5),
-            ("ad_hoc", None, "maze", "version 1", 4),
-            ("ad_hoc", None, "torus", None, 0),
-        ],
-        columns=["representation", "representation.source", "world", "world.source", "started"],
-    )
-    assert of_newest_code(frame)["started"].tolist() == [3, 2, 5, 0]
-    none = frame.drop(columns=["representation.source", "world.source"])
-    assert of_newest_code(none) is none
+def test_runs_are_selected_in_the_words_of_the_command_line(outputs: Path, capsys: pytest.CaptureFixture[str]):
+    # In one store: settings after the values are settings, and values are in the grammar of sweeps.
+    words = ["--where", "exploration.k=0.02,0.10", "representation=ad_hoc", f"outputs={outputs}"]
+    paths = command.main("sensitivity", ["exploration.k", "--name", "where", *words])
+    assert pd.read_csv(paths[2])["exploration.k"].tolist() == [0.02, 0.1]
+    for wrong, message in {
+        "representation=ad_hok": r"representation=ad_hok: no run has this value; there is ad_hoc, direction",
+        "representatio=ad_hoc": r"representatio: no such parameter of these runs; did you mean representation\?",
+        "ad_hoc": "--where ad_hoc: should be KEY=VALUE, such as exploration=linear",
+    }.items():
+        with pytest.raises(ConfigError, match=message):
+            command.main("sensitivity", ["exploration.k", "--where", wrong, f"outputs={outputs}"])
+    missing = ["--where", "representation=direction", "exploration.k=0.05", f"outputs={outputs}"]
+    with pytest.raises(ConfigError, match="no run was selected"):
+        command.main("sensitivity", ["exploration.k", *missing])
+    assert capsys.readouterr().err == ""
+
+
+def test_runs_of_earlier_code_are_left_out_everywhere_with_a_note(
+    outputs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    copy_database(outputs / "mlflow.db", tmp_path / "mlflow.db")
+    with closing(sqlite3.connect(tmp_path / "mlflow.db")) as database:
+        query = "insert into params (key, value, run_uuid) select 'representation.source', ?, run_uuid from runs where "
+        database.execute(f"{query} name like '%direction%k=0.02'", ["version 1"])
+        database.execute(f"{query} name like '%direction%k=0.1'", ["version 2"])
+        database.commit()
+    note = "left out: 1 of 5 runs, recorded with earlier code of representation=direction"
+    store = {"outputs": str(tmp_path)}
+    with pytest.warns(UserWarning, match=f"{note}; outdated=True includes them"):
+        assert len(rds.load_runs(**store)) == 4
+    assert len(rds.load_runs(**store, outdated=True)) == 5
+    assert len(rds.load_runs(**store, filter="params.`representation.source` = 'version 1'")) == 1
+    assert len(rds.load_runs(**store, where={"representation.source": "version 1"})) == 1
+    paths = command.main("sensitivity", ["exploration.k", f"outputs={tmp_path}"])
+    assert f"{note}; to include them, name their code" in capsys.readouterr().err
+    assert f"{note.capitalize()}." in paths[3].read_text(encoding="utf-8")
+    command.main("curves", ["--by", "representation.source,representation,exploration.k", f"outputs={tmp_path}"])
+    assert capsys.readouterr().err == ""
 
 
 def test_a_study_carries_its_own_figures(outputs: Path, tmp_path: Path):

@@ -128,7 +128,8 @@ def test_the_shipped_audit_knows_every_reading_by_its_points():
         point.planned.fingerprint
         for says in audit.readings.values()
         for panel in table.published
-        for point in audit.points(runs, table, panel, says).values()
+        for seeds in audit.points(runs, table, panel, says).values()
+        for point in seeds
     }
     assert chosen == {planned.fingerprint for planned in study.plan}
 

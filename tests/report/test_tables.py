@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,7 +13,9 @@ import pytest
 from rl_design_space.analysis.quality import Quality
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.config.compose import shipped_config
+from rl_design_space.design import DesignPoint, Task, Torus, cell_count
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.plan.study import Study, load_study
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.graded_table import GRADES, Grading, Measured
@@ -21,7 +24,7 @@ from rl_design_space.report.quality_map import QualityMap, as_measured, schedule
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.scenario import Scenario
 from rl_design_space.report.state_space import StateSpace
-from tests.report.readers import LearningReader
+from tests.report.readers import LearningReader, unpadded
 
 #: Tables 1 and 3 of the paper: situation information, aliasing, implementability, size, generalisation; speed, quality,
 #: need for exploration.
@@ -233,3 +236,44 @@ def test_figure_1_is_written_without_any_run(tmp_path: Path):
 def test_a_goal_outside_of_the_grid_is_refused():
     with pytest.raises(ConfigError, match=r"\(9, 1\) lies outside of a grid of 8×8"):
         Scenario(title="-", size=8, agent=(3, 3), goals=((9, 1),)).seen()
+
+
+# Representations of a user's own.
+
+
+@dataclass(frozen=True)
+class Blind:
+    """Sees nothing but how many goals were reached."""
+
+    def observation(self, world, goals):
+        n_goals = goals.shape[-1]
+        codes = np.arange(n_goals)[:, np.newaxis] + np.zeros(cell_count(world), int)
+        return np.broadcast_to(codes, (*goals.shape, cell_count(world))).astype(np.int64)
+
+
+def test_properties_of_a_representation_without_a_size_need_no_published_grades():
+    limits = {"limits": [1.0, 2.0, 3.0], "means": "-"}
+    columns = {"aliasing": {"of": "aliased", **limits}, "size": {"of": "observations", **limits}}
+    table = PropertyMap(
+        title="-", representations={"blind": Blind()}, size=4, larger=5, goals=3, layouts=4, gradings=columns
+    )
+    frame = table.frames(Runs([], LearningReader(Plan([]))))[MAIN].set_index("column")
+    assert frame.loc["size", "number"] == 3
+    assert frame.loc["size", "measured"] == "3 observations\nin 4 layouts"
+    assert frame["paper"].eq("").all()
+    plt.close(table.draw({MAIN: frame.reset_index()}))
+    assert "blind" in table.text({MAIN: frame.reset_index()})[0]
+    with pytest.raises(ConfigError, match=r"study\.report\.representations\.blind=str: should be a representation"):
+        replace(table, representations={"blind": "seen"}).frames(Runs([], LearningReader(Plan([]))))
+
+
+def test_a_state_space_without_a_size_has_its_rows_met_and_learned():
+    point = DesignPoint(representation=Blind(), task=Task(goals=3, trials=3, periods=2), world=Torus(size=4))
+    plan = Plan([PlannedPoint.of(point, {"representation": "blind"})])
+    table = StateSpace(title="-")
+    frames = table.frames(Runs.of_study(Study("mine", (), None, plan), LearningReader(plan)))
+    (row,) = frames[MAIN].to_dict("records")
+    assert (row["paper"], row["formula"], row["spanned"]) == (None, None, None)
+    assert row["met"] == 3
+    assert "| blind | 4×4 | 3 | – | – | 3.0 |" in unpadded(table.text(frames)[0])
+    plt.close(table.draw(frames))

@@ -92,7 +92,7 @@ def killed_until_done(folder: Path, words: tuple[str, ...], points: int, kills: 
         if figures.kills % 2:
             while store.statuses() == before and process.poll() is None and monotonic() - begun < PATIENCE:
                 sleep(0.005)
-            wait = chance.uniform(0, 1)
+            wait = chance.uniform(0, 0.05)  # a batch takes half a second
             begun = monotonic()
         while process.poll() is None and monotonic() - begun < wait:
             sleep(0.005)

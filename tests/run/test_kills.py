@@ -11,7 +11,7 @@ from tests.command_runner import finished
 from tests.run.kills import Store, killed_until_done, start
 from tests.tracking.stores import copy_database
 
-POINTS = 60
+POINTS = 120
 TINY = ("task.periods=3", "task.trials=20", f"seed=range(0,{POINTS})")
 
 

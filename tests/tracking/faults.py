@@ -10,15 +10,16 @@ from pathlib import Path
 from tests.command_runner import PATIENCE, SCRIPTS, environment
 
 #: A sitecustomize.py, which Python imports at start: it kills the tracker process, or its process group, at stages that
-#: files in a folder name, each once. The program does not know about it.
+#: files in a folder name, each once: before or after the n-th statement that inserts into a table, before or after the
+#: n-th commit of a transaction that has inserted runs. The program does not know about it.
 SABOTAGE = """
-import os, signal, sys
+import os, re, signal, sys
 
 if "rl_design_space.tracking.process" in sys.orig_argv:
-    from mlflow import MlflowClient
+    from sqlalchemy.engine.default import DefaultDialect
 
     folder, target = os.environ["FAULTS"], os.environ["FAULT_KILLS"]
-    counts = {}
+    counts, written = {}, []
 
     def strike(stage):
         try:
@@ -27,20 +28,34 @@ if "rl_design_space.tracking.process" in sys.orig_argv:
             return
         os.kill(os.getpid(), signal.SIGKILL) if target == "tracker" else os.killpg(0, signal.SIGKILL)
 
-    def sabotage(name):
-        original = getattr(MlflowClient, name)
+    def sabotage(name, stage_of):
+        original = getattr(DefaultDialect, name)
 
         def sabotaged(self, *args, **kwargs):
-            number = counts[name] = counts.get(name, 0) + 1
-            strike(f"before {name} {number}")
+            stage = stage_of(*args)
+            if stage is None:
+                return original(self, *args, **kwargs)
+            number = counts[stage] = counts.get(stage, 0) + 1
+            strike(f"before {stage} {number}")
             result = original(self, *args, **kwargs)
-            strike(f"after {name} {number}")
+            strike(f"after {stage} {number}")
             return result
 
-        setattr(MlflowClient, name, sabotaged)
+        setattr(DefaultDialect, name, sabotaged)
 
-    for name in ("create_run", "log_batch", "log_artifacts", "set_terminated"):
-        sabotage(name)
+    def table(cursor, statement, *others):
+        found = re.match("INSERT INTO ([a-z_]+)", statement)
+        if found and found[1] == "runs":
+            written.append(True)
+        return found and found[1]
+
+    def commit(connection):
+        if written:
+            written.clear()
+            return "commit"
+
+    for name, stage_of in (("do_execute", table), ("do_executemany", table), ("do_commit", commit)):
+        sabotage(name, stage_of)
 """
 
 
@@ -65,7 +80,7 @@ class Sabotage:
 
         Args:
             words: arguments.
-            faults: stages at which to strike, e.g. `after log_batch 2`.
+            faults: stages at which to strike, e.g. `after metrics 2`.
         """
         for fault in faults:
             (self._faults / fault).touch()

@@ -42,14 +42,14 @@ def check(folder: Path, sweeps: set[str] = frozenset({"FINISHED"})) -> None:
     assert not list((folder / "out" / "spool").glob("*/*.record"))
 
 
-#: Stages of writing a point (the first run is the summary run of the sweep), and of closing the sweep.
+#: Stages of writing a batch: of opening the sweep, of its points, and of closing it.
 STAGES = (
-    "before create_run 1",
-    "after create_run 2",
-    "after log_batch 1",
-    "after log_artifacts 2",
-    "before set_terminated 1",
-    "after set_terminated 1",
+    "before runs 1",
+    "after tags 1",
+    "before metrics 1",
+    "after latest_metrics 1",
+    "before commit 1",
+    "after commit 1",
 )
 
 
@@ -59,7 +59,7 @@ def test_a_tracker_process_that_is_killed_at_every_stage_is_restarted(folder: Pa
     status, output = sabotage.run(*SWEEP, faults=(STAGES[0], STAGES[3], STAGES[5]))
     assert status == 0, output
     check(folder)
-    status, output = sabotage.run(*SWEEP, "seed=1", faults=("after create_run 2", "after log_batch 1"))
+    status, output = sabotage.run(*SWEEP, "seed=1", faults=("after params 1", "before commit 1"))
     assert status == 0, output
     assert sorted(Store(folder / "out" / "mlflow.db").finished().values()) == [1] * 2 * POINTS
     assert Store(folder / "out" / "mlflow.db").sweeps() == ["FINISHED"] * 2
@@ -91,7 +91,7 @@ def test_a_locked_database_is_retried(folder: Path):
 def test_a_killed_sweep_learns_again_only_the_point_whose_record_is_corrupted(folder: Path):
     sabotage = Sabotage(folder, "sweep")
     # All is learned by then: starting the tracker process takes seconds, learning does not.
-    status, output = sabotage.run(*SWEEP, faults=("before create_run 2",))
+    status, output = sabotage.run(*SWEEP, faults=("before params 1",))
     assert status == -signal.SIGKILL, output
     damaged = next((folder / "out" / "spool").glob("*/1-point-*"))
     damaged.write_bytes(damaged.read_bytes()[:-1])

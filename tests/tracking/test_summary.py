@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rl_design_space.plan.differences import grid
 from rl_design_space.tracking.tracker import StoredRun, SweepEnding
 from tests.tracking.stores import COMMAND, learned, plan_of, runs
 
@@ -74,5 +75,40 @@ def test_a_summary_run_ranks_the_points(tracker, client):
     assert [row["rank"] for row in rows] == ["1", "2", "3"]
     best = min(results, key=lambda result: result[1].total_steps.mean())[0]
     assert rows[0]["exploration.epsilon"] == str(best.point.exploration.epsilon)
+    assert {row["run_id"] for row in rows} == {"id"}
     # The note shows the axes of the plan and no other choice.
     assert "| rank | exploration.epsilon | total_steps |" in run.data.tags["mlflow.note.content"]
+
+
+def test_the_leaderboard_names_the_runs_of_points_just_learned(tracker, client, tmp_path: Path):
+    planned, curves = learned()
+    summary = tracker.open_sweep(plan_of(planned), COMMAND)
+    pending = tracker.record(planned, curves)
+    assert pending.run_id == ""
+    summary.close(ending(stored={planned.fingerprint: pending}))
+    (run,) = runs(client, "sweeps")
+    (point,) = runs(client)
+    assert [row["run_id"] for row in rows_of(run, "leaderboard.csv")] == [point.info.run_id]
+
+
+@pytest.mark.parametrize(
+    ("points", "shape"),
+    [
+        ([{"reward": r, "reward.step": s, "seed": n} for r, s in (("a", 0), ("b", 1)) for n in (0, 1, 2)], "2 × 3"),
+        ([{"r": r, "k": k, "size": n} for r, k in (("a", 0.03), ("b", 0.02)) for n in (10, 20)], "2 × 2"),
+        ([{"k": 0.1, "l": 1}, {"k": 0.1, "l": 2}, {"k": 0.2, "l": 1}], None),
+        ([{"k": 0.1}], ""),
+    ],
+    ids=["option", "paired", "corner missing", "one"],
+)
+def test_numbers_of_values_multiply_to_the_number_of_points(points: list[dict], shape: str | None):
+    found = grid(points)
+    assert (None if found is None else " × ".join(map(str, found.values()))) == shape
+
+
+def test_the_note_says_in_what_the_points_differ(tracker, client):
+    points = [learned(*words)[0] for words in (("reward=end_reward",), ("seed=1",), ())]
+    shapes = {3: "3 points (not all combinations of 2 reward, 2 seed)", 1: "1 point"}
+    for count, shape in shapes.items():
+        tracker.open_sweep(plan_of(*points[:count]), COMMAND)
+        assert any(f"{shape}\n" in run.data.tags["mlflow.note.content"] for run in runs(client, "sweeps"))

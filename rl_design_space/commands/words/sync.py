@@ -11,6 +11,8 @@ from pathlib import Path
 def main(arguments: Sequence[str]) -> None:
     """Deliver the pending records under `tracking.spool`; exit with status 1 if some cannot be delivered.
 
+    Records that a store has refused are tried again.
+
     Raises:
         ConfigError: a store cannot be used.
     """
@@ -30,6 +32,8 @@ def main(arguments: Sequence[str]) -> None:
     options = store_of(overrides)
     left = 0
     for spool in Spool.all_under(Path(options.spool)):
+        if restored := spool.restore_refused():
+            console.print(f"{counted(restored, 'record')} tried again that the store had refused")
         pending, quarantined = len(spool.pending()), set(spool.quarantined())
         if not pending:
             continue

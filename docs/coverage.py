@@ -1,0 +1,130 @@
+"""Measure how often intervals over several seeds hold the true mean: `python -m docs.coverage`.
+
+Prints the table of docs/decisions/0016-several-seeds.md: 30 periods of a small task, divided among 1 to 30 seeds,
+learned by the kernel and resampled in four ways. Takes about ten minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.averaging import mean_of_runs
+from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.analysis.statistics import percentile_interval
+from rl_design_space.design import DesignPoint, Direction, Linear, Task, Torus
+from rl_design_space.learning import simulate
+
+_PERIODS = 30
+#: Numbers of seeds among which the periods are divided.
+_SEEDS = (1, 2, 6, 30)
+_RESAMPLES = 2000
+#: Periods that stand for all there could be, of a seed that no sample has.
+_TRUTH_PERIODS, _TRUTH_SEED = 200_000, 2**31
+_TASK = Task(trials=20, periods=_PERIODS)
+_DESIGNS = {
+    "ad hoc": DesignPoint(world=Torus(size=5), task=_TASK, exploration=Linear(k=0.05)),
+    "direction": DesignPoint(
+        world=Torus(size=5), task=_TASK, exploration=Linear(k=0.05), representation=Direction(goals="all")
+    ),
+}
+#: (seeds, periods) values to the ends of an interval of their mean.
+Interval = Callable[[FloatArray], tuple[float, float]]
+
+
+def learn(point: DesignPoint, seed: int, periods: int) -> FloatArray:
+    """Return the total steps of each period."""
+    return simulate(replace(point, seed=seed, task=replace(point.task, periods=periods)), threads=1).total_steps
+
+
+def ours(values: FloatArray) -> tuple[float, float]:
+    """Return the interval of the reports."""
+    found = mean_of_runs(list(values), [Repetition("design", seed) for seed in range(len(values))])
+    return found.low, found.high
+
+
+def within_seeds(values: FloatArray) -> tuple[float, float]:
+    """Resample the periods of each seed."""
+    return _percentiles(_means_of_seeds(values).mean(axis=1))
+
+
+def seeds_then_periods(values: FloatArray) -> tuple[float, float]:
+    """Resample seeds, then the periods of each."""
+    rng = np.random.default_rng(1)
+    seeds, periods = values.shape
+    chosen = rng.integers(seeds, size=(_RESAMPLES, seeds, 1))
+    return _percentiles(values[chosen, rng.integers(periods, size=(_RESAMPLES, seeds, periods))].mean(axis=(1, 2)))
+
+
+def seeds_alone(values: FloatArray) -> tuple[float, float]:
+    """Resample seeds, each with all of its periods."""
+    rng = np.random.default_rng(1)
+    means = values.mean(axis=1)
+    return _percentiles(means[rng.integers(len(means), size=(_RESAMPLES, len(means)))].mean(axis=1))
+
+
+def _means_of_seeds(values: FloatArray) -> FloatArray:
+    rng = np.random.default_rng(1)
+    seeds, periods = values.shape
+    drawn = rng.integers(periods, size=(_RESAMPLES, seeds, periods))
+    means: FloatArray = values[np.arange(seeds)[:, np.newaxis], drawn].mean(axis=2)
+    return means
+
+
+def _percentiles(samples: FloatArray) -> tuple[float, float]:
+    low, high = percentile_interval(samples)
+    return float(low), float(high)
+
+
+METHODS: dict[str, Interval] = {
+    "pooled (ours)": ours,
+    "periods within seeds": within_seeds,
+    "seeds, then periods": seeds_then_periods,
+    "seeds alone": seeds_alone,
+}
+
+
+def main() -> None:
+    """Print a Markdown table of shares of intervals that hold the true mean, and their mean widths."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--samples", type=int, default=1000, help="samples for each cell (default: %(default)s)")
+    samples = parser.parse_args().samples
+    truth = {name: learn(point, _TRUTH_SEED, _TRUTH_PERIODS).mean() for name, point in _DESIGNS.items()}
+    print(f"| statistic | intervals by | {' | '.join(f'{n} × {_PERIODS // n}' for n in _SEEDS)} |")
+    print(f"|---|---|{'---|' * len(_SEEDS)}")
+    cells: dict[tuple[str, str], list[str]] = {}
+    for seeds in _SEEDS:
+        drawn = [_sample(number, seeds) for number in range(samples)]
+        statistics = {
+            "mean of ad hoc": ([each["ad hoc"] for each in drawn], truth["ad hoc"]),
+            "mean of direction": ([each["direction"] for each in drawn], truth["direction"]),
+            "direction minus ad hoc": (
+                [each["direction"] - each["ad hoc"] for each in drawn],
+                truth["direction"] - truth["ad hoc"],
+            ),
+        }
+        for statistic, (values, true) in statistics.items():
+            for method, interval in METHODS.items():
+                ends = np.array([interval(each) for each in values])
+                held = ((ends[:, 0] <= true) & (true <= ends[:, 1])).mean()
+                width = (ends[:, 1] - ends[:, 0]).mean()
+                cells.setdefault((statistic, method), []).append(f"{held:.1%} ({width:,.0f})")
+    for (statistic, method), texts in cells.items():
+        print(f"| {statistic} | {method} | {' | '.join(texts)} |")
+
+
+def _sample(number: int, seeds: int) -> dict[str, FloatArray]:
+    """Return the values of designs on the same seeds, (seeds, periods) each; no two samples share a seed."""
+    first = (_SEEDS.index(seeds) * 100_000 + number) * _PERIODS
+    return {
+        name: np.array([learn(point, first + seed, _PERIODS // seeds) for seed in range(seeds)])
+        for name, point in _DESIGNS.items()
+    }
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+"""Design points as reports see them: parameters and a run, by design and seed."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.plan.plan import PlannedPoint
+from rl_design_space.report.parameters import SEED, order
+from rl_design_space.tracking.selection import Where, matches
+from rl_design_space.tracking.tracker import StoredRun
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A design point and its run.
+
+    Attributes:
+        parameters: every choice by its name on the command line; lists as text.
+        run: its complete run; None if it has none.
+        of_plan: the planned point; None if the run was found in the store.
+    """
+
+    parameters: Mapping[str, Any]
+    run: StoredRun | None
+    of_plan: PlannedPoint | None = None
+
+    @property
+    def planned(self) -> PlannedPoint:
+        """The planned point.
+
+        Raises:
+            LookupError: the run was found in the store.
+        """
+        if self.of_plan is None:
+            raise LookupError("this run was found in the store, not in the plan of a study")
+        return self.of_plan
+
+    def key(self, names: Iterable[str]) -> tuple[Any, ...]:
+        """Return the values of these parameters; None for those that the point does not have."""
+        return tuple(self.parameters.get(name) for name in names)
+
+    def has(self, where: Where) -> bool:
+        """Return whether the point has all of these values."""
+        for name, wanted in where.items():
+            if name not in self.parameters or not matches(wanted, self.parameters[name]):
+                return False
+        return True
+
+
+def by_design(points: Iterable[Point]) -> list[list[Point]]:
+    """Return points by design: those that differ in their seed alone are together, in the order of their seeds."""
+    designs: dict[Hashable, list[Point]] = {}
+    for point in sorted(points, key=lambda point: order(point.parameters.get(SEED))):
+        designs.setdefault(repetition(point).design, []).append(point)
+    return list(designs.values())
+
+
+def repetition(point: Point) -> Repetition:
+    """Return the design of a point, everything but its seed, and its seed."""
+    design = tuple(sorted((name, value) for name, value in point.parameters.items() if name != SEED))
+    return Repetition(design, point.parameters.get(SEED))

@@ -1,0 +1,219 @@
+"""Writing records with MLflow's client, step by step, continuing runs that were begun before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from rl_design_space.tracking import values
+from rl_design_space.tracking.artifacts import artifacts_folder, experiment_artifacts
+from rl_design_space.tracking.content import content_of
+from rl_design_space.tracking.locks import PointLocks
+from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
+from rl_design_space.tracking.stale import DEAD, RunningRun
+from rl_design_space.tracking.store_errors import DeletedExperimentError, StoreUnavailableError, deleted_experiment
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, NOTE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
+
+if TYPE_CHECKING:
+    from mlflow import MlflowClient
+    from mlflow.entities import Run
+
+#: MLflow refuses larger batches.
+_BATCH = 1000
+
+
+class ClientWriter:
+    """Writes the records of a spool one by one, see `StoreWriter`.
+
+    The caller holds the lock of the spool. Then every RUNNING run that this spool has begun is either one to continue
+    or one that no process writes to any more.
+
+    Args:
+        client: of the store.
+        spool: where the records are.
+        locks: of the points of the store.
+    """
+
+    batch = 1
+
+    def __init__(self, client: MlflowClient, spool: Spool, locks: PointLocks) -> None:
+        self._client = client
+        self._spool = spool
+        self._locks = locks
+        self._address = spool.address
+        self._identity, self._identities = spool.identity, spool.identities
+        #: Names of records that the store may have, completely or in part: another process may have delivered those of
+        #: the past, from this spool or another one.
+        self._maybe_stored = set(spool.pending())
+        self._writers: Mapping[str, Callable[[Record, bool], None]] = {
+            OPEN: self._open_sweep,
+            POINT: self._record_point,
+            STUDIES: self._add_studies,
+            CLOSE: self._close_sweep,
+            TIDY: lambda record, maybe_stored: self.close_stale_runs(),
+        }
+
+    def write(self, records: Sequence[Record]) -> None:
+        """Write records in this order."""
+        for record in records:
+            maybe_stored = record.name in self._maybe_stored or not record.content.get("checked", True)
+            self._maybe_stored.add(record.name)
+            self._writers[record.kind](record, maybe_stored)
+            self._maybe_stored.discard(record.name)
+
+    def close_stale_runs(self) -> None:
+        """Mark as KILLED the RUNNING runs that no process will finish."""
+        for run in self._client.search_runs(self._usable, "attributes.status = 'RUNNING'"):
+            self._kill_if_stale(run.info.run_id, RunningRun.of(run.data.tags))
+
+    def close(self) -> None:
+        """Close nothing: MLflow keeps its connections while the process lives."""
+
+    def _kill_if_stale(self, run_id: str, run: RunningRun) -> None:
+        if run.is_stale(self._spool, self._locks):
+            self._client.set_tag(run_id, INCOMPLETE_TAG, DEAD)
+            self._client.set_terminated(run_id, "KILLED")
+
+    def _record_point(self, record: Record, maybe_stored: bool) -> None:
+        content = record.content
+        found = self._found(FINGERPRINT_TAG, record.key, self._points) if maybe_stored else None
+        if found and found.info.status == "FINISHED":
+            studies = {name: value for name, value in content["tags"].items() if name.startswith(STUDY_TAG)}
+            self._tag(found.info.run_id, studies)
+            return
+        run_id = found.info.run_id if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})
+        run_content = content_of(record)
+        self._log(run_id, content["started"], run_content.metrics, content["params"])
+        self._log_artifacts(run_id, run_content.artifacts)
+        self._locks.add_to_journal(record.key)
+        self._client.set_terminated(run_id, "FINISHED")
+
+    def _add_studies(self, record: Record, maybe_stored: bool) -> None:
+        for fingerprint, tags in record.content["tags"].items():
+            if run := self._found(FINGERPRINT_TAG, fingerprint, self._points):
+                self._tag(run.info.run_id, tags)
+
+    def _open_sweep(self, record: Record, maybe_stored: bool) -> None:
+        found = self._found(SWEEP_TAG, record.key, self._sweeps) if maybe_stored else None
+        content = record.content
+        run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
+        self._log_artifacts(run_id, record.files)
+        self._kill_if_stale(run_id, RunningRun(self._identity, "", record.key))
+        for experiment, views in ((self._points, content["views"]), (self._sweeps, content["sweep_views"])):
+            for name, value in views.items():
+                self._client.set_experiment_tag(experiment, name, value)
+
+    def _close_sweep(self, record: Record, maybe_stored: bool) -> None:
+        content = record.content
+        found = self._found(SWEEP_TAG, record.key, self._sweeps)
+        run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
+        self._log(run_id, content["started"], content["metrics"], {})
+        self._log_artifacts(run_id, record.files)
+        self._tag(run_id, {NOTE_TAG: content["note"]})
+        self._client.set_terminated(run_id, content["status"], content["ended"])
+
+    @cached_property
+    def _points(self) -> str:
+        return self._experiment("experiment", self._address.experiment)
+
+    @cached_property
+    def _sweeps(self) -> str:
+        return self._experiment("sweeps", self._address.sweeps)
+
+    @property
+    def _usable(self) -> list[str]:
+        """Ids of those of both experiments that were not deleted."""
+        found = []
+        for name in ("_points", "_sweeps"):
+            with suppress(DeletedExperimentError):
+                found.append(getattr(self, name))
+        return found
+
+    def _experiment(self, key: str, name: str) -> str:
+        folder = artifacts_folder(self._address, self._spool.folder.parent)
+        return experiment_id(self._client, self._address.uri, key, name, folder)
+
+    def _create(self, experiment: str, content: Mapping[str, Any], tags: Mapping[str, str]) -> str:
+        run = self._client.create_run(
+            experiment,
+            start_time=content["started"],
+            run_name=values.run_name(content["name"]),
+            tags={**content["tags"], **tags, SPOOL_TAG: self._identity},
+        )
+        return str(run.info.run_id)
+
+    def _found(self, tag: str, value: str, experiment: str) -> Run | None:
+        """Return the run of a point or sweep: a complete one, or one that this spool has begun."""
+        runs = self._client.search_runs([experiment], f"tags.`{tag}` = '{value}'")
+        begun = [
+            run for run in runs if run.info.status == "RUNNING" and run.data.tags.get(SPOOL_TAG) in self._identities
+        ]
+        return next((run for run in [*runs, *begun] if run in begun or run.info.status == "FINISHED"), None)
+
+    def _tag(self, run_id: str, tags: Mapping[str, str]) -> None:
+        from mlflow.entities import RunTag
+
+        if tags:
+            self._client.log_batch(run_id, tags=[RunTag(name, value) for name, value in tags.items()])
+
+    def _log(
+        self, run_id: str, timestamp: int, metrics: Sequence[tuple[str, float, int]], params: Mapping[str, str]
+    ) -> None:
+        """Log params and metrics; repeating it changes nothing, because all timestamps are equal."""
+        from mlflow.entities import Metric, Param
+
+        points = [Metric(name, value, timestamp, step) for name, value, step in metrics]
+        choices = [Param(name, value) for name, value in params.items()]
+        room = _BATCH - len(choices)
+        self._client.log_batch(run_id, metrics=points[:room], params=choices)
+        for first in range(room, len(points), _BATCH):
+            self._client.log_batch(run_id, metrics=points[first : first + _BATCH])
+
+    def _log_artifacts(self, run_id: str, artifacts: Mapping[str, bytes]) -> None:
+        """Upload files.
+
+        Raises:
+            StoreUnavailableError: the store has answered that it has them, and has not.
+        """
+        if not artifacts:
+            return
+        with TemporaryDirectory() as folder:
+            for name, content in artifacts.items():
+                (Path(folder) / name).write_bytes(content)
+            self._client.log_artifacts(run_id, folder)
+        stored = {file.path: file.file_size for file in self._client.list_artifacts(run_id)}
+        if lacking := [name for name, content in artifacts.items() if stored.get(name) != len(content)]:
+            raise StoreUnavailableError(f"{self._address.uri}: was sent {', '.join(lacking)}, and does not have it")
+
+
+def experiment_id(client: MlflowClient, uri: str, key: str, name: str, artifacts: Path | None) -> str:
+    """Return the id of an experiment, which is created if missing.
+
+    Args:
+        client: of the store.
+        uri: of the store.
+        key: the setting that names the experiment.
+        name: of the experiment.
+        artifacts: folder for its artifacts if it is created; None leaves that to the store.
+
+    Raises:
+        ConfigError: the experiment was deleted.
+    """
+    from mlflow.exceptions import MlflowException
+
+    if known := client.get_experiment_by_name(name):
+        if known.lifecycle_stage == "deleted":
+            raise deleted_experiment(key, name, uri, known.experiment_id)
+        return str(known.experiment_id)
+    place = experiment_artifacts(artifacts, name) if artifacts else None
+    try:
+        return str(client.create_experiment(name, artifact_location=place))
+    except MlflowException:
+        # Another process may have created it a moment ago.
+        if known := client.get_experiment_by_name(name):
+            return str(known.experiment_id)
+        raise
