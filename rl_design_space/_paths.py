@@ -1,6 +1,7 @@
-"""Where the shipped configuration and plugins lie."""
+"""Where the shipped configuration and plugins lie; paths of the user, and which names may be paths."""
 
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -20,3 +21,13 @@ def make_plugins_known() -> None:
     inherited = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
     if _PLUGINS not in inherited:
         os.environ["PYTHONPATH"] = os.pathsep.join([*inherited, _PLUGINS])
+
+
+def leads_out(name: str) -> bool:
+    """Return whether a name that becomes a path in some folder leads out of that folder, or is no path at all."""
+    return name.startswith("/") or ".." in name.split("/") or re.search(r"[\x00-\x1f\x7f]", name) is not None
+
+
+def expanded(path: str) -> str:
+    """Return a path with the home folder in place of `~`."""
+    return str(Path(path).expanduser()) if path.startswith("~") else path

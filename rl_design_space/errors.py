@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+from rl_design_space._secrets import without_secrets
 from rl_design_space._yaml import as_yaml
 
-#: A password in a URI, and what comes before it. A port is none; databases take passwords with slashes.
-_PASSWORD = re.compile(r"(://[^/\s:@]*:)(?!\d*/)\S+(?=@)|([?&]password=)[^&\s]+")
+#: Maximum number of characters of a message.
+_LONGEST = 10_000
 
 
 class ConfigError(ValueError):
-    """Something in a configuration, on the command line or in a file, cannot be used as it is."""
+    """Something in a configuration, on the command line or in a file, cannot be used as it is.
+
+    Passwords and tokens in the message are left out, and very long messages are cut.
+
+    Args:
+        message: what is wrong, and what would be right.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(without_secrets(message if len(message) <= _LONGEST else f"{message[:_LONGEST]}…"))
 
     @classmethod
     def at(cls, key: str, value: object, expected: str) -> ConfigError:
         """Return the usual form: key, value, and what would be right."""
-        return cls(f"{key}={without_passwords(as_yaml(value))}: {expected}")
+        return cls(f"{key}={without_secrets(as_yaml(value), is_address=isinstance(value, str))}: {expected}")
 
     @classmethod
     def unknown(cls, what: str, name: str, known: Iterable[str], prefix: str = "") -> ConfigError:
@@ -28,13 +37,3 @@ class ConfigError(ValueError):
         nearest = beginning or get_close_matches(name, known, n=1, cutoff=0.5)
         hint = f"; did you mean {prefix}{nearest[0]}?" if nearest else ""
         return cls(f"{prefix}{name}: no such {what}{hint} (there is {', '.join(known) or 'none'})")
-
-
-def has_password(text: str) -> bool:
-    """Return whether a text holds a URI with a password."""
-    return _PASSWORD.search(text) is not None
-
-
-def without_passwords(text: str) -> str:
-    """Return the text without the passwords of its URIs."""
-    return _PASSWORD.sub(r"\1\2…", text)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 import yaml
 from jsonschema import Draft7Validator
+from omegaconf import OmegaConf
 
 from rl_design_space._paths import CONF
+from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.study import plan_study
 from tests.documented import DOCS, File, Typed, parts_of, run
 from tests.tracking.stores import copy_database
 
@@ -29,8 +33,8 @@ def folder(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Pa
 
 
 def test_the_page_contains_files_and_commands():
-    assert len(GIVEN) == 4
-    assert len(TYPED) == 14
+    assert len(GIVEN) == 5
+    assert len(TYPED) == 15
 
 
 @pytest.mark.parametrize("typed", TYPED, ids=lambda typed: " ".join(typed.words))
@@ -49,3 +53,17 @@ def test_a_file_matches_its_schema(given: File):
         yaml.safe_load(given.text)
     )
     assert [error.message for error in problems] == []
+
+
+def test_interpolations_of_the_table_can_be_resolved():
+    shown = re.findall(r"`(\$\{[^`]+\})`", (DOCS / "configs.md").read_text(encoding="utf-8"))
+    assert len(shown) == 4
+    config = OmegaConf.create({"world": {"size": 10}, "option": {"p": 3.0, **dict(zip("abcd", shown, strict=True))}})
+    assert list(config.option.values()) == [3.0, 10, 3.0, 1000, "default"]
+
+
+def test_the_study_of_another_page_has_points(planner: Planner):
+    (shown,) = re.findall(r"```yaml\n(blocks:.*?)```", (DOCS / "sweeps.md").read_text(encoding="utf-8"), re.DOTALL)
+    plan = plan_study("shown", OmegaConf.create({"study": yaml.safe_load(shown)}), (), planner)
+    assert len(plan) == 9
+    assert [dropped.constraint for dropped in plan.dropped] == ["goes_round"]

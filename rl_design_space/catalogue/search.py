@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
-from hydra.core.default_element import GroupDefault
+from hydra.core.default_element import ConfigDefault, GroupDefault
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.object_type import ObjectType
 from hydra.plugins.config_source import ConfigResult, ConfigSource
@@ -68,9 +68,14 @@ class Search:
     @cached_property
     def defaults(self) -> dict[str, str | None]:
         """The default option of each group."""
-        listed = self._load(CONFIG_NAME).defaults_list or ()
-        groups = [default for default in listed if isinstance(default, GroupDefault)]
-        return {str(default.group): cast("str | None", default.value) for default in groups}
+        found: dict[str, str | None] = {}
+        for default in self._load(CONFIG_NAME).defaults_list or ():
+            if isinstance(default, GroupDefault):
+                found[str(default.group)] = cast("str | None", default.value)
+            elif not default.is_self():  # `hydra_defaults`
+                listed = self._load(str(cast(ConfigDefault, default).path)).defaults_list or ()
+                found |= {str(inner.group): str(inner.value) for inner in listed if isinstance(inner, GroupDefault)}
+        return found
 
     def node(self, path: str) -> Any:
         """Return the content of a single config file, before composition.

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from contextlib import chdir
+from typing import Any
+
 import hydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from rl_design_space._paths import CONF
 from rl_design_space.commands.invocation import Invocation, current_invocation
 from rl_design_space.commands.messages import shown_as_messages
 from rl_design_space.config import user_config
+from rl_design_space.config.resolvers import register_resolvers
+
+register_resolvers()
 
 
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
@@ -22,15 +28,18 @@ def application(config: DictConfig) -> float:
     """
     invocation = current_invocation()
     invocation.jobs += 1
-    if HydraConfig.get().mode == RunMode.MULTIRUN:
-        return _run_point(config, invocation)
-    # Show messages here as well: Hydra adds a line of its own to every exception that leaves a job.
-    with shown_as_messages():
-        return _run_point(config, invocation)
+    # Paths are relative to the folder of the command, also after `hydra.job.chdir=true`.
+    with chdir(HydraConfig.get().runtime.cwd):
+        if HydraConfig.get().mode == RunMode.MULTIRUN:
+            return _run_point(config, invocation)
+        # Show messages here as well: Hydra adds a line of its own to every exception that leaves a job.
+        with shown_as_messages():
+            return _run_point(config, invocation)
 
 
 def _run_point(config: DictConfig, invocation: Invocation) -> float:
     from rl_design_space.commands.terminal import console, pending_line, point_table
+    from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.plan.planner import plan_composed
     from rl_design_space.run.objective import objective_value
     from rl_design_space.run.outcome import lost_record
@@ -40,8 +49,11 @@ def _run_point(config: DictConfig, invocation: Invocation) -> float:
     # A job may run in another process than `main`.
     user_config.use()
     run = HydraConfig.get()
+    overrides: Any = OmegaConf.to_container(run.overrides.task)  # with interpolations as they are
     settings = build_settings(config)
-    planned = plan_composed(config, run.runtime.choices, run.overrides.task)
+    if run.mode == RunMode.RUN:
+        tell_of_unused_variables(settings.tracking)
+    planned = plan_composed(config, run.runtime.choices, overrides)
     tracker = settings.tracking.open(invocation.command_or(planned.command))
     point_run = run_point(
         planned,

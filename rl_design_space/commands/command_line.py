@@ -11,30 +11,28 @@ from math import prod
 from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.types import Override, ValueType
 
+from rl_design_space._secrets import has_secret, without_secrets
 from rl_design_space.commands import words as command_words
+from rl_design_space.commands.intent import OWN_SWEEPER, intent_of
 from rl_design_space.config import user_config
 from rl_design_space.config.grammar import LOOK, parse, sweep_size
-from rl_design_space.config.overrides import is_override, is_setting
-from rl_design_space.errors import ConfigError, has_password, without_passwords
+from rl_design_space.config.overrides import is_override, shared
+from rl_design_space.errors import ConfigError
 from rl_design_space.plan.grid import MAX_POINTS, refuse_large
-
-_OWN_SWEEPER = "design"
-#: Values that leave `study`, `plan` or `shard` unused.
-_UNUSED = ("null", "false")
 
 
 @dataclass(frozen=True)
 class CommandLine:
     """A parsed command line.
 
-    The overrides of a sweep apply to its points, which may choose other options than the defaults. Hydra would check
-    them against the defaults, so they bypass Hydra and go to our sweeper, e.g. `study=table4 exploration.k=0.05`.
+    The overrides of a sweep apply to its points, which may choose other options than the defaults. Hydra composes the
+    settings of the sweep, and would check them against the defaults, e.g. `study=table4 exploration.k=0.05`. So it gets
+    them in another form, see `shared`.
 
     Attributes:
         typed: all arguments but the user's config folder.
         overrides: those that are overrides.
         for_hydra: the arguments that Hydra gets.
-        for_points: the overrides that apply to the points of a sweep and bypass Hydra.
         foreign: whether it runs a sweep with another sweeper than ours.
         runs: whether it runs points; False if it shows help or a configuration.
     """
@@ -42,7 +40,6 @@ class CommandLine:
     typed: tuple[str, ...] = ()
     overrides: tuple[str, ...] = ()
     for_hydra: tuple[str, ...] = ()
-    for_points: tuple[str, ...] = ()
     foreign: bool = False
     runs: bool = True
 
@@ -56,14 +53,14 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     """Parse the arguments of a command line, and check them as far as possible before Hydra composes them.
 
     Raises:
-        ConfigError: an argument holds a password, is not an override, gives a value where an option is needed, or the
-            flags and overrides contradict each other.
+        ConfigError: an argument holds a password or token, is not an override, gives a value where an option is needed,
+            or the flags and overrides contradict each other.
     """
     for argument in arguments:
-        if has_password(argument):
+        if has_secret(argument):
             raise ConfigError(
-                f"{without_passwords(argument)}: should not hold a password, because commands are recorded with runs; "
-                "docs/server.md says where to put it"
+                f"{without_secrets(argument, is_address=True)}: should not hold a password or token, because commands "
+                "are recorded with runs; docs/server.md says where to put it"
             )
     flags = get_args_parser().parse_intermixed_args(arguments)
     overrides = tuple(override for override in flags.overrides if is_override(override))
@@ -76,26 +73,25 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
         raise ConfigError(
             f"--multirun and --{others[0].replace('_', '-')} cannot be used together; leave one of them out"
         )
-    values = {override.key_or_group: (override.input_line or "").partition("=")[2] for override in parsed}
-    sweeps = [f"{key}={values[key]}" for key in ("study", "plan", "shard") if values.get(key, "null") not in _UNUSED]
-    sweeper = values.get("hydra/sweeper", _OWN_SWEEPER)
-    if sweeper != _OWN_SWEEPER and sweeps:
-        raise ConfigError(f"{sweeps[0]} needs hydra/sweeper={_OWN_SWEEPER}, not {sweeper}")
-    if sweeper == "basic" and flags.multirun:  # it composes all its points before it runs any
-        most = values.get("max_points", "")
-        refuse_large(prod(map(_size, parsed)), int(most) if most.isdecimal() else MAX_POINTS)
-    # `study=null` is the default, and Hydra does not accept it as an override.
-    accepted = [override for override in flags.overrides if override != "study=null"]
     # Flags first: Hydra does not parse overrides with flags between them.
     flag_arguments = [argument for argument in arguments if argument not in flags.overrides]
-    if sweeper != _OWN_SWEEPER or others or not (flags.multirun or sweeps):
-        return CommandLine(
-            tuple(arguments), overrides, (*flag_arguments, *accepted), foreign=flags.multirun, runs=not others
-        )
-    for_points = tuple(override for override in overrides if not is_setting(override))
-    settings = [override for override in accepted if override not in for_points]
+    # `study=null` is the default, and Hydra does not accept it as an override.
+    accepted = [override for override in parsed if override.input_line != "study=null"]
+    if others:
+        texts = [override for override in flags.overrides if override != "study=null"]
+        return CommandLine(tuple(arguments), overrides, (*flag_arguments, *texts), runs=False)
+    intent = intent_of(accepted, flags.config_name)
+    multirun = flags.multirun or (intent.multirun and not flags.run)
+    if not intent.own_sweeper and intent.sweeps:
+        raise ConfigError(f"{intent.sweeps[0]} needs hydra/sweeper={OWN_SWEEPER}, not {intent.sweeper}")
+    if intent.sweeper == "basic" and multirun:  # it composes all its points before it runs any
+        given = {override.key_or_group: override.value() for override in parsed}.get("max_points")
+        refuse_large(prod(map(_size, parsed)), given if isinstance(given, int) else MAX_POINTS)
+    if not intent.own_sweeper or not (multirun or intent.sweeps):
+        texts = [override.input_line or "" for override in accepted]
+        return CommandLine(tuple(arguments), overrides, (*flag_arguments, *texts), foreign=multirun)
     implied = [] if flags.multirun or flags.run else ["--multirun"]
-    return CommandLine(tuple(arguments), overrides, (*implied, *flag_arguments, *settings), for_points)
+    return CommandLine(tuple(arguments), overrides, (*implied, *flag_arguments, *shared(accepted)))
 
 
 def _size(override: Override) -> int:
@@ -115,4 +111,4 @@ def _misplaced(word: str, arguments: Sequence[str]) -> ConfigError:
         return ConfigError(f"{word}: a command is the first argument, as in `{command}`")
     meant = [name for name in known if name.startswith(word)] or get_close_matches(word, known, n=1)
     hint = f"; did you mean `rl-design-space {meant[0]}`?" if meant else ""
-    return ConfigError(f"{without_passwords(word)}: not an override{hint or f'; {LOOK}'}")
+    return ConfigError(f"{without_secrets(word)}: not an override{hint or f'; {LOOK}'}")

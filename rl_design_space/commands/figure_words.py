@@ -11,6 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rl_design_space._paths import leads_out
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
@@ -49,13 +50,17 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     chosen = _parser(word).parse_intermixed_args(arguments)
     if unknown := [word_ for word_ in chosen.overrides if "=" not in word_]:
         raise ConfigError(f"{unknown[0]}: not an override; should be KEY=VALUE, such as outputs=elsewhere")
+    if leads_out(chosen.name or ""):
+        raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
+    from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
     from rl_design_space.tracking.selection import SOURCE
 
     where, also_typed = _where(chosen.where)
     settings = settings_of([*also_typed, *chosen.overrides])
+    tell_of_unused_variables(settings.tracking)
     reader = settings.tracking.reader()
     figure = _figure(word, chosen)
     command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])

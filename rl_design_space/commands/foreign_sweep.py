@@ -15,8 +15,10 @@ from rl_design_space.commands.point_launcher import PointLauncher
 from rl_design_space.commands.progress import Display
 from rl_design_space.commands.sweep_output import show_pending
 from rl_design_space.commands.terminal import console, failure_table
+from rl_design_space.commands.unused_variables import tell_of_unused_variables
 from rl_design_space.config.compose import Composer, shipped_config
-from rl_design_space.config.overrides import is_search_path, is_setting
+from rl_design_space.config.explain import explained
+from rl_design_space.config.overrides import is_search_path, is_setting, shared
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.grid import as_overrides, refuse_empty, refuse_large
@@ -39,8 +41,10 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
     # As Hydra's own launchers do: other sweepers write their results there, but do not create the folder.
     Path(config.hydra.sweep.dir).mkdir(parents=True, exist_ok=True)
     invocation = current_invocation()
-    invocation.jobs += len(job_overrides)
     settings = build_settings(config)
+    if not invocation.jobs:
+        tell_of_unused_variables(settings.tracking)
+    invocation.jobs += len(job_overrides)
     if len({tuple(filter(is_setting, overrides)) for overrides in job_overrides}) > 1:
         raise ConfigError("a setting differs between jobs; settings apply to the whole sweep")
     refuse_large(len(job_overrides), settings.max_points)
@@ -73,9 +77,11 @@ def refuse_empty_sweep(line: CommandLine) -> None:
         ConfigError: an override matches nothing.
     """
     with shipped_config():
-        composer = Composer([override for override in line.overrides if is_search_path(override)])
-        of_hydra = [override for override in line.overrides if override.lstrip("+").startswith("hydra")]
-        sweeper: Any = OmegaConf.to_container(composer.config(of_hydra).hydra.sweeper)
+        places = [override for override in line.overrides if is_search_path(override)]
+        composer = Composer(places)
+        with explained():
+            parsed = composer.parser.parse_overrides(list(line.overrides))
+        sweeper: Any = OmegaConf.to_container(composer.config(shared(parsed)).hydra.sweeper)
         refuse_empty([*as_overrides(sweeper.get("params") or {}), *line.overrides], composer.parser)
 
 

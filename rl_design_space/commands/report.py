@@ -117,6 +117,7 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     Raises:
         ConfigError: the study has no report, or none of its points is recorded.
     """
+    from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
     from rl_design_space.run.settings import build_settings
@@ -125,6 +126,7 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     with shipped_config():
         study = load_study(name, overrides)
     settings = build_settings(study.config)
+    tell_of_unused_variables(settings.tracking)
     report = study.report()
     reader = settings.tracking.reader() if study.plan else NoRuns()
     _report_missing(study, reader)

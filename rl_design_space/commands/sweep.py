@@ -7,16 +7,18 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from omegaconf import DictConfig
+from hydra.core.utils import env_override
+from omegaconf import DictConfig, OmegaConf
 
 from rl_design_space.commands import sweep_output
 from rl_design_space.commands.invocation import current_invocation
 from rl_design_space.commands.planning import PlanningProgress
 from rl_design_space.commands.point_launcher import PointLauncher
+from rl_design_space.commands.unused_variables import tell_of_unused_variables
 from rl_design_space.config.compose import Composer
 from rl_design_space.config.overrides import is_setting
 from rl_design_space.errors import ConfigError
-from rl_design_space.plan.grid import axes
+from rl_design_space.plan.grid import as_overrides, axes
 from rl_design_space.plan.plan import Plan
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import load_study, plan_overrides, union
@@ -44,36 +46,57 @@ def sweep(arguments: Sequence[str], params: Mapping[str, str], config: DictConfi
         ConfigError: a value of a point is not allowed, or the sweep has no point.
     """
     invocation = current_invocation()
-    line = invocation.line
-    command = invocation.command_or()
+    # Hydra gets the overrides of the command line as they apply to the whole sweep.
+    typed = invocation.line.overrides if invocation.line else arguments
+    with env_override(config.hydra.job.env_set):
+        invocation.failed = not _sweep(typed, params, config, launcher, invocation.command_or())
+
+
+def _sweep(
+    overrides: Sequence[str], params: Mapping[str, str], config: DictConfig, launcher: Launcher, command: str
+) -> bool:
+    """Return whether all points are recorded, or only their plan is asked for."""
     started = perf_counter()
     settings = build_settings(config)
+    tell_of_unused_variables(settings.tracking)
     if not isinstance(params, Mapping):
         raise ConfigError.at("hydra.sweeper.params", params, "should be a mapping of keys to sweeps")
-    overrides = [*(f"{key}={value}" for key, value in params.items()), *(line.for_points if line else ()), *arguments]
-    plan = _plan(overrides, config, settings)
+    plan = plan_sweep(overrides, params, config, settings)
     seconds = {"plan": perf_counter() - started}
     if settings.plan:
         sweep_output.show_plan(plan, settings, *_recorded(plan, settings))
-        return
+        return True
     tracker = settings.tracking.open(command)
     found = missing(plan, tracker)
     outcome = _run(plan, found, tracker, settings, launcher, command)
     outcome.seconds = seconds | outcome.seconds
     sweep_output.show_outcome(plan, outcome, tracker.location, command)
-    invocation.failed = bool(outcome.failed or outcome.delivery.pending)
+    return not (outcome.failed or outcome.delivery.pending)
 
 
-def _plan(overrides: Sequence[str], config: DictConfig, settings: Settings) -> Plan:
+def plan_sweep(overrides: Sequence[str], params: Mapping[str, str], config: DictConfig, settings: Settings) -> Plan:
+    """Plan a sweep.
+
+    Args:
+        overrides: of the command line.
+        params: sweep overrides of the sweeper's config, by key.
+        config: the composed config, with the settings.
+        settings: the same settings, built.
+
+    Raises:
+        ConfigError: a value of a point is not allowed, a setting differs between points, or the sweep has no point.
+    """
     planner = Planner(Composer.like(config), PlanningProgress())
-    parser = planner.composer.parser
-    studies = axes([override for override in overrides if override.startswith("study=")], parser)
-    names = [override.removeprefix("study=") for values in studies.values() for override in values]
+    overrides = [*as_overrides(params), *overrides]
+    names = _studies(overrides, config, planner)
     overrides = [override for override in overrides if not override.startswith("study=")]
-    for key, values in axes([override for override in overrides if is_setting(override)], parser).items():
+    _refuse_settings(params)
+    for key, values in axes(
+        [override for override in overrides if is_setting(override)], planner.composer.parser
+    ).items():
         if len(values) > 1:
             raise ConfigError(f"{key}: a setting applies to the whole sweep; give it one value")
-    if names and names != ["null"]:
+    if names:
         plan = union([load_study(name, overrides, planner).plan for name in names])
         if not plan:
             raise ConfigError(
@@ -82,6 +105,25 @@ def _plan(overrides: Sequence[str], config: DictConfig, settings: Settings) -> P
     else:
         plan = plan_overrides(overrides, planner, settings.max_points)
     return plan.shard(*settings.shard) if settings.shard else plan
+
+
+def _studies(overrides: Sequence[str], config: DictConfig, planner: Planner) -> list[str]:
+    """Return the names of the studies that an override, or else a file, chooses."""
+    chosen = axes([override for override in overrides if override.startswith("study=")], planner.composer.parser)
+    if chosen:
+        names = [override.removeprefix("study=") for values in chosen.values() for override in values]
+        return [] if names == ["null"] else names
+    name = config.hydra.runtime.choices.get("study")
+    if not name and OmegaConf.select(config, "study") is not None:
+        raise ConfigError("study: has no name; write it to study/NAME.yaml in a config folder, and choose study=NAME")
+    return [name] if name else []
+
+
+def _refuse_settings(params: Mapping[str, str]) -> None:
+    for key, value in params.items():
+        if key != "study" and is_setting(f"{key}="):
+            expected = "a setting applies to the whole sweep; write it beside hydra, not among its params"
+            raise ConfigError.at(f"hydra.sweeper.params.{key}", value, expected)
 
 
 def _recorded(plan: Plan, settings: Settings) -> tuple[Collection[str], Mapping[str, int]]:

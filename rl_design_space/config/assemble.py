@@ -7,6 +7,7 @@ from copy import deepcopy
 from dataclasses import fields
 from typing import Any, NamedTuple
 
+from hydra.core.default_element import GroupDefault
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import ValueType
 from hydra.errors import HydraException
@@ -49,7 +50,8 @@ class Assembler:
     """Assembles the parts of points from options and values where the result equals what Hydra composes.
 
     That is the case where every option file is plain: it stays in its own group, has no defaults list, and neither
-    files nor overrides interpolate. All other points are left to Hydra.
+    files nor overrides interpolate. Nor may the primary config have other files than options in its defaults list. All
+    other points are left to Hydra.
 
     Args:
         repository: Hydra's repository of config files.
@@ -73,11 +75,7 @@ class Assembler:
         self._nodes: dict[tuple[str, str], dict[str, Any] | None] = {}
         self._components: dict[tuple[str, ...], Any] = {}
         self._shared: dict[tuple[str, ...], Mapping[str, str]] = {}
-        # Neither the primary config nor another file may add to the group of an option.
-        self._usable = not self._groups & set(repository.load_config(primary).config) and all(
-            self._node(group, option) == OmegaConf.to_container(defaults[group])
-            for group, option in self._options.items()
-        )
+        self._usable = self._is_plain(repository.load_config(primary), defaults)
 
     def __call__(self, overrides: Sequence[str]) -> Parts | None:
         """Return the parts that these overrides describe, or None if Hydra has to compose them or report an error."""
@@ -87,6 +85,29 @@ class Assembler:
             return self._assemble(overrides)
         except (_NotPlainError, ConfigError, HydraException):
             return None
+
+    def _is_plain(self, primary: ConfigResult, defaults: Any) -> bool:
+        """Return whether nothing but its file contributes to an option: neither the primary config nor another file."""
+        choices = defaults.hydra.runtime.choices
+        files: list[Any] = [file for file in primary.defaults_list or () if not file.is_self()]
+        return (
+            not self._groups & set(primary.config)
+            and set(defaults) <= {*_FIELDS, *SETTINGS}
+            and all(isinstance(file, GroupDefault) or self._only_chooses(file.path) for file in files)
+            and all(group in self._groups or is_setting(f"{group}=") for group in choices)
+            and not any(
+                file_reaches_out(self._repository, f"{group}/{choices.get(group)}") for group in ("tracking", "study")
+            )
+            and all(
+                self._node(group, option) == OmegaConf.to_container(defaults[group])
+                for group, option in self._options.items()
+            )
+        )
+
+    def _only_chooses(self, path: str) -> bool:
+        """Return whether a config file has no content but overrides of options."""
+        found = self._repository.load_config(path)
+        return not found.config and all(default.is_override() for default in found.defaults_list or ())
 
     def _assemble(self, overrides: Sequence[str]) -> Parts:
         options, values = dict(self._options), dict[str, list[str]]()
@@ -110,11 +131,8 @@ class Assembler:
     def _check_setting(self, text: str) -> None:
         """Leave settings to Hydra that choose a file which also changes the point."""
         override = self._parser.parse_override(text)
-        path = f"{override.key_or_group}/{override.value()}"
-        if override.key_or_group in SETTINGS and self._repository.config_exists(path):
-            found = self._repository.load_config(path)
-            if _reaches_out(found):
-                raise _NotPlainError
+        if file_reaches_out(self._repository, f"{override.key_or_group}/{override.value()}"):
+            raise _NotPlainError
 
     def _parse_new(self, text: str) -> _Choice | _Value:
         override = self._parser.parse_override(text)
@@ -159,8 +177,12 @@ class Assembler:
         return node if plain and not any(mark in str(node) for mark in _UNRESOLVED) else None
 
 
+def file_reaches_out(repository: Any, path: str) -> bool:
+    """Return whether there is a config file at a path, and choosing it may change something outside its group."""
+    return repository.config_exists(path) and _reaches_out(repository.load_config(path))
+
+
 def _reaches_out(found: ConfigResult) -> bool:
-    """Return whether choosing a config file may change something outside its group."""
     listed = [default for default in found.defaults_list or () if not default.is_self()]
     return bool(listed or found.header.get("package"))
 

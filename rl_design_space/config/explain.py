@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from inspect import isfunction
 from typing import TYPE_CHECKING, Any, get_type_hints
@@ -17,7 +18,7 @@ from omegaconf.errors import (
     OmegaConfBaseException,
 )
 from pydantic import ValidationError
-from yaml import MarkedYAMLError, YAMLError
+from yaml import MarkedYAMLError, YAMLError, safe_load
 
 from rl_design_space.config import user_config
 from rl_design_space.config.grammar import not_understood
@@ -70,6 +71,19 @@ def explain(error: Exception) -> ConfigError | None:
         reason = " ".join(f"{type(error).__name__}: {error}".removesuffix(": ").split())
         return ConfigError(f"Hydra cannot use these arguments or files ({reason}); HYDRA_FULL_ERROR=1 shows where")
     return None
+
+
+@contextmanager
+def explained() -> Iterator[None]:
+    """Translate errors that concern the configuration into `ConfigError`."""
+    try:
+        yield
+    except ConfigError:
+        raise
+    except Exception as error:
+        if translated := explain(error):
+            raise translated from error
+        raise
 
 
 def _raised_by_hydra(error: Exception) -> bool:
@@ -129,6 +143,9 @@ def invalid(prefix: str, error: ValidationError, kind: Any) -> ConfigError:
             lines.append(_plain(detail["msg"]))
         elif detail["type"] == "is_instance_of" and (lacking := _lacking(kind, detail)):
             lines.append(f"{key}={full_name(type(detail['input']))}: {_plain(detail['msg'])}; it has no {lacking}")
+        elif _needs_a_number(detail) and _is_quoted(detail["input"]):
+            remedy = "write it without quotes, or ${oc.decode:${oc.env:NAME}} for an environment variable"
+            lines.append(f'{key}="{detail["input"]}": {_plain(detail["msg"])}, not text; {remedy}')
         else:
             lines.append(str(ConfigError.at(key, detail["input"], _plain(detail["msg"]))))
     return ConfigError("\n".join(lines))
@@ -143,6 +160,20 @@ def _lacking(kind: Any, detail: ErrorDetails) -> str:
     declared = sorted({name for base in bases for name in vars(base) if not name.startswith("_")})
     lacking = [name for name in declared if not hasattr(detail["input"], name)]
     return ", ".join(f"{name}()" if isfunction(getattr(protocol, name)) else name for name in lacking)
+
+
+def _needs_a_number(detail: ErrorDetails) -> bool:
+    return detail["type"] in ("int_type", "float_type", "bool_type") or "number" in detail["msg"]
+
+
+def _is_quoted(value: object) -> bool:
+    """Return whether a value is text that would be a number, true or false without quotes."""
+    if not isinstance(value, str):
+        return False
+    try:
+        return isinstance(safe_load(value), (int, float))
+    except YAMLError:
+        return False
 
 
 def _plain(message: str) -> str:

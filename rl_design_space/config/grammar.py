@@ -25,8 +25,9 @@ from hydra.errors import HydraException, OverrideParseException
 from hydra.grammar.gen.OverrideLexer import CommonTokenStream, InputStream, OverrideLexer  # type: ignore[attr-defined]
 from hydra.grammar.gen.OverrideParser import OverrideParser
 
+from rl_design_space._secrets import without_secrets
 from rl_design_space.config.overrides import OPTION_GROUPS, is_override
-from rl_design_space.errors import ConfigError, without_passwords
+from rl_design_space.errors import ConfigError
 
 _GROUPS = frozenset((*OPTION_GROUPS, "tracking", "study", "hydra"))
 LOOK = "overrides look like key=value, e.g. exploration.k=0.02"
@@ -59,10 +60,10 @@ def not_understood(text: str) -> ConfigError:
     """Return an error for an override that Hydra's grammar does not accept, with the character that is the matter."""
     key, equals, value = text.partition("=")
     if not is_override(text):
-        return ConfigError(without_passwords(f"{text}: not an override; {LOOK}"))
+        return ConfigError(without_secrets(f"{text}: not an override; {LOOK}"))
     place = _first_problem(text)
     if place is None:  # the grammar accepts it, a function does not
-        return ConfigError(without_passwords(f"{text}: {_refusal(text)}"))
+        return ConfigError(without_secrets(f"{text}: {_refusal(text)}"))
     unclosed = _unclosed(text)
     if place >= len(text) and unclosed is not None:
         problem = f'character {unclosed + 1}, "{text[unclosed]}", is not closed'
@@ -73,7 +74,7 @@ def not_understood(text: str) -> ConfigError:
     quoted = f"{key}={_quoted(value)}"
     if equals and _first_problem(quoted) is None:
         problem += f"; quoted, it is text: {shlex.quote(quoted)}"
-    return ConfigError(without_passwords(f"{text}: {problem}"))
+    return ConfigError(without_secrets(f"{text}: {problem}"))
 
 
 def sweep_size(override: Override) -> int:

@@ -1,9 +1,12 @@
-"""Classify overrides: settings, settings of a sweep, search paths."""
+"""Classify overrides: settings, settings of a sweep, search paths; and what all points of a sweep share."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import fields
+
+from hydra.core.override_parser.types import Override
 
 from rl_design_space.design import DesignPoint
 
@@ -30,9 +33,35 @@ def is_sweep_setting(override: str) -> bool:
     return _has_key(override, _SWEEP_SETTINGS)
 
 
+def is_of_study(override: str) -> bool:
+    """Return whether an override chooses or changes a study."""
+    return _has_key(override, ("study",))
+
+
 def is_search_path(override: str) -> bool:
     """Return whether an override sets the places where Hydra looks for options."""
     return override.lstrip("+").startswith("hydra.searchpath=")
+
+
+def shared(overrides: Iterable[Override]) -> list[str]:
+    """Return overrides as they apply to the config of a whole sweep, which holds its settings.
+
+    Values that are swept over are left to the points. So is whether a point has a key: its options may be others than
+    the defaults, as in `exploration=constant,linear exploration.k=0.02`. Other values count, because settings may
+    interpolate them.
+    """
+    return [text for override in overrides if (text := _shared(override))]
+
+
+def _shared(override: Override) -> str | None:
+    text = override.input_line or ""
+    if is_setting(text):
+        return text
+    depth = 0 if override.package or "/" in override.key_or_group else override.key_or_group.count(".")
+    # What lies below the value of an option, as in `msa.lengths.0`, may not be there in the default option.
+    if override.is_sweep_override() or depth > 1 or (depth and override.is_delete()):
+        return None
+    return f"++{text.lstrip('+')}" if depth else text
 
 
 def _has_key(override: str, keys: tuple[str, ...]) -> bool:

@@ -9,7 +9,7 @@ from hydra.plugins.search_path_plugin import SearchPathPlugin
 
 from rl_design_space._paths import CONF
 from rl_design_space.config.user_config import user_folder
-from rl_design_space.config.yaml_files import FileConfigSource
+from rl_design_space.config.yaml_files import YamlFiles
 
 
 class UserConfigFirst(SearchPathPlugin):
@@ -25,4 +25,4 @@ class UserConfigFirst(SearchPathPlugin):
 def look_in_user_folder_first() -> None:
     """Register the plugin, which lies outside the folders that Hydra searches for plugins, and the reader of files."""
     Plugins.instance().register(UserConfigFirst)
-    SourcesRegistry.instance().types[FileConfigSource.scheme()] = FileConfigSource
+    SourcesRegistry.instance().types[YamlFiles.scheme()] = YamlFiles

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import cached_property
-from types import CodeType
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -15,9 +14,7 @@ from rl_design_space._strict import STRICT
 from rl_design_space.config.assemble import Parts
 from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
-
-#: Functions that an expression may call.
-_FUNCTIONS = {function.__name__: function for function in (abs, all, any, len, max, min, range, round, set, sum)}
+from rl_design_space.plan.expression import Expression
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -25,9 +22,9 @@ class Constraint:
     """A rule that excludes combinations from a study.
 
     Attributes:
-        drop: a Python expression over the values of a point, under the names that they have on the command line;
-            points for which it is true are dropped. A choice is the name of its option, and its attributes are the
-            option's values: `representation == "direction" and max(msa.lengths, default=1) >= min(world.shape)`.
+        drop: an expression over the values of a point, under the names that they have on the command line; points for
+            which it is true are dropped. A choice is the name of its option, and its dotted names are the option's
+            values: `representation == "direction" and max(msa.lengths, default=1) >= min(world.shape)`.
         why: the reason, which the plan shows.
     """
 
@@ -40,39 +37,55 @@ class Constraint:
         Raises:
             ConfigError: the expression cannot be evaluated.
         """
-        names = {name: _named(parts.options.get(name), value) for name, value in parts.values.items()}
+        expression = self._expression
         try:
-            return bool(eval(self._code, {"__builtins__": {}, **_FUNCTIONS, **names}))
-        except Exception as error:
+            return bool(expression.value(lambda name: _value_of(parts, name)))
+        except ConfigError as error:
             chosen = " ".join(f"{group}={option}" for group, option in parts.options.items())
             raise ConfigError.at("drop", self.drop, f"{error}, for a point with {chosen}") from error
 
     @cached_property
-    def _code(self) -> CodeType:
+    def _expression(self) -> Expression:
         try:
-            return compile(self.drop, "drop", "eval")
-        except SyntaxError as error:
-            raise ConfigError.at("drop", self.drop, f"should be a Python expression: {error.msg}") from error
+            return Expression(self.drop)
+        except ConfigError as error:
+            raise ConfigError.at("drop", self.drop, str(error)) from error
 
 
-class _Option(str):
-    """The name of an option, with the values of the option as attributes."""
+def _value_of(parts: Parts, name: str) -> Any:
+    """Return the value of a name: the name of an option, or a value of it by its dotted name.
 
-    _component: Any
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._component, name)
-
-
-def _named(option: str | None, value: Any) -> Any:
-    if option is None:
-        return value
-    named = _Option(option)
-    named._component = value
-    # Instance attributes take precedence over the methods of str with the same name.
+    Raises:
+        ConfigError: there is none of this name.
+    """
+    choice, *keys = name.split(".")
+    if choice not in parts.values:
+        raise ConfigError.unknown("name", choice, parts.values)
+    if not keys and choice in parts.options:
+        return parts.options[choice]
+    value, above = parts.values[choice], choice
+    for key in keys:
+        if not _is_readable(value, key):
+            raise ConfigError.unknown("value", key, _readable(value), f"{above}.")
+        value, above = getattr(value, key), f"{above}.{key}"
     if is_dataclass(value):
-        named.__dict__.update({field.name: getattr(value, field.name) for field in fields(value)})
-    return named
+        known = ", ".join(f"{name}.{key}" for key in _readable(value))
+        raise ConfigError(f"{name}: name one of its values: {known}")
+    return value
+
+
+def _is_readable(component: Any, name: str) -> bool:
+    """Return whether a component has a field or public property of this name."""
+    if not is_dataclass(component):
+        return False
+    if any(field.name == name for field in fields(component)):
+        return True
+    return not name.startswith("_") and isinstance(getattr(type(component), name, None), (property, cached_property))
+
+
+def _readable(component: Any) -> list[str]:
+    """Return the names of the fields and public properties of a component."""
+    return [name for name in dir(component) if _is_readable(component, name)]
 
 
 def constraints_of(node: Any) -> Mapping[str, Constraint]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from itertools import product
 from typing import Any
 
@@ -12,7 +11,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 
 from rl_design_space._yaml import as_yaml
-from rl_design_space.config.explain import explain
+from rl_design_space.config.explain import explained
 from rl_design_space.config.grammar import parse, sweep_size
 from rl_design_space.errors import ConfigError
 
@@ -68,7 +67,7 @@ def refuse_empty(overrides: Sequence[str], parser: OverridesParser) -> None:
     Raises:
         ConfigError: an override cannot be parsed, or matches nothing.
     """
-    with _explained():
+    with explained():
         for override in parse(overrides, parser):
             _refuse_nothing(override)
 
@@ -76,7 +75,7 @@ def refuse_empty(overrides: Sequence[str], parser: OverridesParser) -> None:
 def _last(overrides: Sequence[str], parser: OverridesParser) -> list[Override]:
     """Return the last override of each key."""
     found: dict[str, Override] = {}
-    with _explained():
+    with explained():
         for override in parse(overrides, parser):
             if override.is_sweep_override() and not override.is_discrete_sweep():
                 raise ConfigError(f"{override.input_line}: an interval has no list of values; use choice or range")
@@ -96,17 +95,6 @@ def _axis(override: Override) -> list[str]:
     if not override.is_sweep_override():
         return [f"{override.get_key_element()}={override.get_value_element_as_str()}"]
     return [f"{override.get_key_element()}={value}" for value in override.sweep_string_iterator()]
-
-
-@contextmanager
-def _explained() -> Iterator[None]:
-    """Translate errors of Hydra and OmegaConf into `ConfigError`."""
-    try:
-        yield
-    except Exception as error:
-        if explained := explain(error):
-            raise explained from error
-        raise
 
 
 def as_overrides(sweeps: Mapping[str, Any]) -> list[str]:

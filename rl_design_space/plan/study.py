@@ -11,9 +11,12 @@ from typing import Any
 
 from omegaconf import DictConfig
 
+from rl_design_space._paths import leads_out
 from rl_design_space.config import user_config
 from rl_design_space.config.build import build, plain
-from rl_design_space.config.overrides import is_setting, is_sweep_setting
+from rl_design_space.config.explain import explained
+from rl_design_space.config.grammar import parse
+from rl_design_space.config.overrides import is_setting, shared
 from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.block import block_overrides
@@ -89,9 +92,14 @@ def load_study(
     Raises:
         ConfigError: there is no such study, an override cannot be parsed, or a value is not allowed.
     """
+    if leads_out(name):
+        raise ConfigError.at("study", name, "should be the name of a study: the files of its report are named after it")
     planner = planner or Planner()
     overrides = tuple(override for override in overrides if not override.startswith("study="))
-    config = planner.composer.config([f"study={name}", *filter(is_setting, overrides)])
+    composer = planner.composer
+    with explained():
+        parsed = parse(overrides, composer.parser)
+    config = composer.config([f"study={name}", *shared(parsed)])
     node = plain(config, "study")
     if isinstance(node, Mapping) and "includes" in node:
         studies = _included((*included_by, name), node["includes"], overrides, planner)
@@ -113,7 +121,7 @@ def _usual_periods(config: DictConfig, planner: Planner) -> int:
     asked = [value for block in blocks for value in block.get("task.periods", ())]
     periods = [int(value.partition("=")[2]) for value in asked]
     if not all("task.periods" in block for block in blocks):
-        periods.append(int(plain(config, "task")["periods"]))
+        periods.append(int(plain(planner.composer.config([]), "task")["periods"]))
     return max(periods)
 
 
@@ -144,10 +152,11 @@ def plan_study(
         raise ConfigError(f"study {name}: needs blocks, each a mapping of keys to sweeps")
     with _named(f"study {name}", ", "):
         constraints = constraints_of(node.get("constraints"))
-    of_points = [override for override in overrides if not is_sweep_setting(override)]
+    of_points = planner.composer.of_points([f"study={name}", *overrides])
     grids = {}
     for block, sweeps in blocks.items():
         with _named(f"study {name}, block {block}"):
+            _refuse_settings(sweeps)
             grids[block] = Grid(block_overrides(sweeps, of_points, planner.composer), planner.composer.parser)
     with _named(f"study {name}"):
         points = _Points(name, planner, sum(grid.size for grid in grids.values()), _max_points(config))
@@ -159,6 +168,17 @@ def plan_study(
         left_out = f" and its constraints drop all {plan.combinations} combinations" if plan.combinations else ""
         raise ConfigError(f"study {name}: no design points; its blocks are {', '.join(blocks) or 'none'}{left_out}")
     return plan
+
+
+def _refuse_settings(sweeps: Mapping[str, Any]) -> None:
+    """Refuse settings in a block: they apply to all points.
+
+    Raises:
+        ConfigError: a key is that of a setting.
+    """
+    for key, value in sweeps.items():
+        if is_setting(f"{key}="):
+            raise ConfigError.at(key, value, "a setting applies to the whole sweep; give it on the command line")
 
 
 def _included(names: tuple[str, ...], included: Any, overrides: Sequence[str], planner: Planner) -> list[Study]:
@@ -189,7 +209,7 @@ def plan_overrides(overrides: Sequence[str], planner: Planner, max_points: int =
     Raises:
         ConfigError: an override cannot be parsed, a value is not allowed, or there are too many combinations.
     """
-    grid = Grid([override for override in overrides if not is_sweep_setting(override)], planner.composer.parser)
+    grid = Grid(planner.composer.of_points(overrides), planner.composer.parser)
     points = _Points("", planner, grid.size, max_points)
     points.add(grid, {})
     return points.plan()

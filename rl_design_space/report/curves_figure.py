@@ -15,6 +15,7 @@ from matplotlib.ticker import PercentFormatter
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.learning_curves import curve_frame, curve_summary, random_walk_steps
 from rl_design_space.config.build import construct
@@ -201,7 +202,7 @@ def _levels(seeds: Sequence[Point], result: LearningCurves | None) -> dict[str, 
 
 def _numbers(line: Mapping[Any, Any]) -> list[str]:
     if pd.isna(line["total_steps"]):
-        return [f"missing: `{line['command']}`", "", "", "", ""]
+        return [f"missing: {code(line['command'])}", "", "", "", ""]
     return [
         f"{line['total_steps']:,.0f}",
         interval(line["total_low"], line["total_high"], ",.0f"),

@@ -14,6 +14,7 @@ from matplotlib.ticker import LogLocator
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._markdown import escaped
 from rl_design_space._strict import STRICT
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import colour_bar, colour_cells, hatch, write
@@ -81,7 +82,9 @@ class Heatmap(Report):
         if len(known):
             ordered = known.sort_values("value").to_dict("records")
             for which, row in (("Least", ordered[0]), ("Most", ordered[-1])):
-                parts.append(f"{which}: {number(row['value'])} with {label(names, [row[name] for name in names])}.")
+                parts.append(
+                    f"{which}: {number(row['value'])} with {escaped(label(names, [row[name] for name in names]))}."
+                )
         if missing := len(cells) - len(known):
             parts.append(f"Hatched: {missing} of {len(cells)} cells have no run.")
         return [*parts, "Small: the 95 % bootstrap interval over periods."]

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.fit import fit
 from rl_design_space.config.compose import shipped_config
@@ -128,7 +129,7 @@ class ReadingsAudit(Report):
 
 
 def _in_words(says: Where) -> str:
-    return ", ".join(f"`{name}={value}`" for name, value in says.items()) or "the defaults"
+    return ", ".join(code(f"{name}={value}") for name, value in says.items()) or "the defaults"
 
 
 def _numbers(fitted: Mapping[Any, Any]) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space._markdown import code
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.errors import ConfigError
@@ -60,12 +61,14 @@ class Runs:
             Point({k: comparable(v) for k, v in planned.parameters.items()}, runs.get(planned.fingerprint), planned)
             for planned in study.plan
         ]
-        made_by, remarks = f"Made by `{study.report_command}`, which needs no runs.", []
+        made_by, remarks = f"Made by {code(study.report_command)}, which needs no runs.", []
         if points:
             periods = _joined({planned.point.task.periods for planned in study.plan})
-            made_by = f"Made by `{study.report_command}` from runs of `{study.command}`, {periods} periods a point."
+            made_by = (
+                f"Made by {code(study.report_command)} from runs of {code(study.command)}, {periods} periods a point."
+            )
         if missing := sum(point.run is None for point in points):
-            remarks = [f"**Missing: {missing} of {len(points)} points**; `{study.command}` makes them."]
+            remarks = [f"**Missing: {missing} of {len(points)} points**; {code(study.command)} makes them."]
         return cls(points, reader, study.plan.name, made_by, remarks, study.mark)
 
     @classmethod
@@ -92,7 +95,7 @@ class Runs:
         periods = _joined({point.parameters["task.periods"] for point in points})
         runs = "1 run" if len(points) == 1 else f"{len(points)} runs"
         return cls(
-            points, reader, made_by=f"Made by `{command}` from {runs}, {periods} periods a point.", remarks=remarks
+            points, reader, made_by=f"Made by {code(command)} from {runs}, {periods} periods a point.", remarks=remarks
         )
 
     @property

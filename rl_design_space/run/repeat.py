@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.config.build import build, make_point
+from rl_design_space.config.recorded import recorded_point
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
@@ -49,7 +49,7 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
         threads: number of threads that learn; all cores if None.
 
     Raises:
-        ConfigError: no run or several runs match, or the run does not hold its periods.
+        ConfigError: no run or several runs match, the run does not hold its periods, or its config is not accepted.
     """
     found = named(reader.runs(), run_id)
     run = StoredRun(found.run_id, artifacts=found.artifacts)
@@ -59,8 +59,8 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
             f"{run.run_id}: holds its curves only (tracking.artifact=curves), so its periods cannot be compared"
         )
     config = reader.config(run)
+    point = recorded_point(config, f"run {run.run_id}")
     check_config(found, config)
-    point = make_point({key: build(key, node) for key, node in config.items()})
     curves = simulate(point, threads)
     different = [name for name in _COMPARED if not np.array_equal(recorded[name], getattr(curves, name))]
     what = f"{found.name} (run {run.run_id})"

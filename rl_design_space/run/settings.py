@@ -12,6 +12,7 @@ from omegaconf import DictConfig
 from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._paths import expanded
 from rl_design_space._strict import STRICT
 from rl_design_space.config.build import build_component, construct
 from rl_design_space.config.compose import CONFIG_NAME, shipped_config
@@ -59,7 +60,7 @@ class Settings:
         tracking: where results are recorded.
     """
 
-    outputs: Annotated[str, Field(min_length=1)]
+    outputs: Annotated[str, Field(min_length=1), AfterValidator(expanded)]
     threads: Annotated[int, Field(ge=1, le=_MOST_THREADS)] | None
     plan: bool
     shard: Annotated[tuple[int, int] | None, BeforeValidator(_shard)]

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
 
 from pydantic import AfterValidator, Field, Strict
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._paths import expanded
 from rl_design_space._strict import STRICT
-from rl_design_space.errors import ConfigError, has_password
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
 from rl_design_space.learning.result import Kept
-from rl_design_space.tracking.address import StoreAddress, absolute
+from rl_design_space.tracking.address import StoreAddress, absolute, checked_uri
 from rl_design_space.tracking.tracker import NullTracker, Tracker
 
 if TYPE_CHECKING:
@@ -26,14 +26,6 @@ def _known_curve(name: str) -> str:
         always = " (recorded anyway)" if name in CURVES else ""
         raise ValueError(f"should be among {', '.join(CURVES_ON_DEMAND)}{always}")
     return name
-
-
-def _tracking_uri(uri: str) -> str:
-    if has_password(uri):
-        raise ValueError("should not hold a password; see docs/server.md for where it belongs")
-    if not re.match(r"[a-z][a-z0-9+]*:", uri) or not uri.partition(":")[2].strip("/"):
-        raise ValueError("should be a tracking URI such as sqlite:///FILE, postgresql://… or http://…")
-    return uri
 
 
 @runtime_checkable
@@ -65,7 +57,7 @@ class MlflowTracking:
     """Recording in an MLflow tracking store.
 
     Attributes:
-        uri: URI of the store: `sqlite:///path`, `postgresql://…`, `http://…`; without a password.
+        uri: URI of the store: `sqlite:///path`, `postgresql://…`, `http://…`; without a password or token.
         experiment: name of the experiment that holds the design points.
         sweeps: name of the experiment that holds a summary run for each sweep.
         spool: folder of the pending records: results that are not in the store yet.
@@ -75,10 +67,10 @@ class MlflowTracking:
         artifact: what the artifact of a run holds: every trial of all periods and all curves, or the curves alone.
     """
 
-    uri: Annotated[str, AfterValidator(_tracking_uri)]
+    uri: Annotated[str, AfterValidator(checked_uri)]
     experiment: Annotated[str, Field(min_length=1)] = "design points"
     sweeps: Annotated[str, Field(min_length=1)] = "sweeps"
-    spool: Annotated[str, Field(min_length=1)] = "outputs/spool"
+    spool: Annotated[str, Field(min_length=1), AfterValidator(expanded)] = "outputs/spool"
     patience: Annotated[float, Field(gt=0)] = 30.0
     curves: Annotated[tuple[Annotated[str, AfterValidator(_known_curve)], ...], Strict(False)] = ()
     every: Annotated[int, Field(ge=1)] = 1

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
+from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.backends import MlflowTracking
 from rl_design_space.tracking.read import RunReader
@@ -61,7 +62,8 @@ def load_runs(
     Raises:
         ConfigError: there is no such store, experiment, study or parameter, or the filter is not valid.
     """
-    options = MlflowTracking(uri=uri or f"sqlite:///{outputs}/mlflow.db", experiment=experiment)
+    address = {"uri": uri or f"sqlite:///{outputs}/mlflow.db", "experiment": experiment}
+    options = construct(MlflowTracking, address, "tracking")
     frame, left_out = options.reader().select(study, filter, where, outdated=outdated)
     if left_out:
         warnings.warn(f"{left_out}; outdated=True includes them", stacklevel=2)

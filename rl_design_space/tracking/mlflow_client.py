@@ -6,6 +6,8 @@ import logging
 import os
 from typing import TYPE_CHECKING
 
+from rl_design_space.tracking.address import mlflow_uri
+
 if TYPE_CHECKING:
     from mlflow import MlflowClient
 
@@ -39,6 +41,6 @@ def checked_client(uri: str) -> MlflowClient:
     configure_mlflow()
     from mlflow import MlflowClient
 
-    client = MlflowClient(uri)
+    client = MlflowClient(mlflow_uri(uri))
     client.search_experiments(max_results=1)
     return client

@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 from numpy.typing import NDArray
 
+from rl_design_space.config.yaml_limits import check_limits, read_text
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves, read_saved
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
@@ -51,14 +52,16 @@ def read_periods(run_id: str, path: Path) -> dict[str, NDArray[Any]]:
 
 
 def read_config(run_id: str, path: Path) -> dict[str, Any]:
-    """Return the resolved config of a run.
+    """Return the resolved config of a run, which anyone with write access to the store may have written.
 
     Raises:
         DamagedFileError: the file is not there, or does not hold a mapping in YAML.
     """
     try:
-        config = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeError, yaml.YAMLError) as error:
+        text = read_text(path)
+        check_limits(text, path.name)
+        config = yaml.safe_load(text)
+    except (OSError, ValueError, yaml.YAMLError) as error:  # ValueError: too large, or a date such as 2020-99-99
         raise _as_damage(run_id, path, error) from error
     if not isinstance(config, dict) or not config:
         raise DamagedFileError(run_id, CONFIG_FILE, "it holds no mapping of keys to values")

@@ -11,6 +11,7 @@ from typing import Any
 
 from filelock import Timeout
 
+from rl_design_space._secrets import without_secrets
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import StoreAddress, is_server, sqlite_path
 
@@ -23,7 +24,16 @@ _ACCESS_WORDS = ("authentication failed", "no password supplied", "permission de
 
 
 class StoreUnavailableError(Exception):
-    """The store cannot be used at the moment; trying again later may succeed."""
+    """The store cannot be used at the moment; trying again later may succeed.
+
+    Passwords and tokens in the message are left out.
+
+    Args:
+        message: what is wrong.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(without_secrets(message))
 
 
 def as_tracking_error(uri: str, error: Exception) -> ConfigError | StoreUnavailableError:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
+from rl_design_space._markdown import code, escaped
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.plan.differences import differing, grid
 from rl_design_space.tracking import values
@@ -33,7 +34,7 @@ def closing_note(plan: Plan, command: str, origin: Mapping[str, str], ending: Sw
     """Return the note of a sweep that has ended: its verdict, failures and best points."""
     parts = [_note(plan, command, origin, f"{ending.status}: {ending.verdict}")]
     if ending.failures:
-        lines = [f"- `{again}`: {error}" for again, error in list(ending.failures.items())[:_BEST]]
+        lines = [f"- {code(again)}: {escaped(error)}" for again, error in list(ending.failures.items())[:_BEST]]
         parts.append("\n".join([f"**{len(ending.failures)} failed** (all in `{FAILURES_FILE}`):", "", *lines]))
     if best := _ranked(plan, ending)[:_BEST]:
         columns = ["rank", *plan.axes, *(name for name in _SHOWN if any(name in row for row in best))]
@@ -61,16 +62,16 @@ def closing_tables(plan: Plan, ending: SweepEnding) -> dict[str, bytes]:
 
 def _note(plan: Plan, command: str, origin: Mapping[str, str], verdict: str) -> str:
     who = f"{origin.get('mlflow.user', 'unknown user')} on {origin['rl_design_space.host']}"
-    code = f"rl-design-space {origin['rl_design_space.version']}"
+    version = f"rl-design-space {origin['rl_design_space.version']}"
     if commit := origin.get("mlflow.source.git.commit"):
-        code += f", commit {commit[:10]}"
+        version += f", commit {commit[:10]}"
     return "\n".join(
         [
-            f"**{plan.name}**: {len(plan):,} point{'' if len(plan) == 1 else 's'}{_shape(plan)}",
+            f"**{escaped(plan.name)}**: {len(plan):,} point{'' if len(plan) == 1 else 's'}{_shape(plan)}",
             "",
             f"- {verdict}",
-            f"- `{values.tag(command)}`",
-            f"- by {who}, {code}",
+            f"- {code(values.tag(command))}",
+            f"- by {who}, {version}",
         ]
     )
 
@@ -104,7 +105,7 @@ def _markdown(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
 def _cell(value: Any) -> str:
     if isinstance(value, float) and math.isfinite(value):
         return f"{value:,.4g}" if abs(value) < 1000 else f"{value:,.0f}"
-    return str(value)
+    return escaped(str(value))
 
 
 def _csv(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> bytes:

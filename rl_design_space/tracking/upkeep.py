@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.address import sqlite_path
+from rl_design_space.tracking.address import mlflow_uri, sqlite_path
 from rl_design_space.tracking.backends import MlflowTracking
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
@@ -91,7 +91,8 @@ def compact(options: MlflowTracking) -> Compaction:
     before, deleted = _size([database]), queries_of(options.address).counts().deleted
     configure_mlflow()
     collector = [sys.executable, "-m", "mlflow", "gc"]
-    collector += ["--backend-store-uri", options.address.uri, "--tracking-uri", options.address.uri]
+    uri = mlflow_uri(options.address.uri)
+    collector += ["--backend-store-uri", uri, "--tracking-uri", uri]
     collected = subprocess.run(collector, capture_output=True, text=True, check=False)
     if collected.returncode:
         raise ConfigError(f"{database}: mlflow gc failed: {collected.stderr.strip().splitlines()[-1]}")

@@ -59,7 +59,8 @@ def command(folder: Path, empty_database: Path) -> Command:
 
 @pytest.fixture(scope="module")
 def default_run(command: Command) -> Completed:
-    return command("rl-design-space", *SMALL)
+    # Hydra then runs the job in its outputs; paths stay relative to the folder of the command.
+    return command("rl-design-space", *SMALL, "hydra.job.chdir=true")
 
 
 @pytest.fixture(scope="module")
@@ -67,9 +68,10 @@ def small_table(default_run: Completed, command: Command) -> Completed:
     return command("rl-design-space", "study=table4", *SMALL_TABLE)
 
 
-def test_a_point_prints_its_choices_and_its_result(default_run: Completed):
+def test_a_point_prints_its_choices_and_its_result(default_run: Completed, folder: Path):
     lines = [line.strip() for line in default_run.stdout.splitlines()]
     assert default_run.stderr == ""
+    assert not (folder / "out" / "out").exists()
     for beginning in (
         "world                        torus (size=10)",
         "representation               ad_hoc",

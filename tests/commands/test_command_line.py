@@ -9,34 +9,35 @@ from rl_design_space.errors import ConfigError
 
 
 @pytest.mark.parametrize(
-    ("argument", "is_for_points"),
+    ("argument", "for_hydra"),
     [
-        ("task.periods=5", True),
-        ("world.size=4,5", True),
-        ("+learner.extra=1", True),
-        ("++seed=1", True),
-        ("~world.size", True),
-        ("representation=direction", True),
-        ("threadsafe.x=1", True),
-        ("outputs=x", False),
-        ("threads=1", False),
-        ("tracking=none", False),
-        ("tracking.uri=sqlite:///x.db", False),
-        ("~tracking", False),
-        ("plan=true", False),
-        ("on_error=stop", False),
-        ("objective=failed_trials", False),
-        ("hydra.verbose=true", False),
-        ("hydra/launcher=basic", False),
-        ("study.report.title=x", False),
-        ("~study.blocks.direction", False),
-        ("--config-dir=mine", False),
+        ("task.periods=5", "++task.periods=5"),
+        ("++seed=1", "++seed=1"),
+        ("+learner.extra=1", "++learner.extra=1"),
+        ("representation=direction", "representation=direction"),
+        ("+setup=hard", "+setup=hard"),
+        ("~world", "~world"),
+        # Left to the points: values that are swept over, and whether there is a key.
+        ("world.size=4,5", None),
+        ("+setup=hard,easy", None),
+        ("~world.size", None),
+        ("msa.lengths.0=3", None),
+        ("outputs=x", "outputs=x"),
+        ("tracking=none", "tracking=none"),
+        ("tracking.uri=sqlite:///x.db", "tracking.uri=sqlite:///x.db"),
+        ("~tracking", "~tracking"),
+        ("plan=true", "plan=true"),
+        ("hydra.verbose=true", "hydra.verbose=true"),
+        ("hydra/launcher=basic", "hydra/launcher=basic"),
+        ("threads=1,2", "threads=1,2"),  # refused later
+        ("study.report.title=x", "study.report.title=x"),
+        ("~study.blocks.direction", "~study.blocks.direction"),
+        ("--config-dir=mine", "--config-dir=mine"),
     ],
 )
-def test_overrides_of_a_sweep_go_to_its_points_and_settings_to_hydra(argument: str, is_for_points: bool):
+def test_hydra_gets_what_all_points_of_a_sweep_share(argument: str, for_hydra: str | None):
     line = read_command_line(["study=table4", argument])
-    assert line.for_points == ((argument,) if is_for_points else ())
-    assert set(line.for_hydra) == {"--multirun", "study=table4", *(() if is_for_points else (argument,))}
+    assert set(line.for_hydra) == {"--multirun", "study=table4", *filter(None, [for_hydra])}
     assert line.typed == ("study=table4", argument)
 
 
@@ -45,19 +46,17 @@ def test_overrides_of_a_sweep_go_to_its_points_and_settings_to_hydra(argument: s
     [
         (["-m", "seed=1,2"], ["-m"]),
         (["--multirun", "seed=1,2"], ["--multirun"]),
-        (["study=table4,fig3", "seed=1"], ["--multirun", "study=table4,fig3"]),
-        (["plan=true", "seed=1"], ["--multirun", "plan=true"]),
-        (["shard=1/2", "seed=1"], ["--multirun", "shard=1/2"]),
-        (["--config-dir", "mine", "study=table4", "seed=1"], ["--multirun", "--config-dir", "mine", "study=table4"]),
+        (["hydra.mode=MULTIRUN", "seed=1,2"], ["--multirun", "hydra.mode=MULTIRUN"]),
+        (["study=table4,fig3", "seed=1"], ["--multirun", "study=table4,fig3", "seed=1"]),
+        (["plan=true", "seed=1"], ["--multirun", "plan=true", "seed=1"]),
+        (["shard=1/2", "seed=1"], ["--multirun", "shard=1/2", "seed=1"]),
+        (["study=table4", "--config-dir", "mine"], ["--multirun", "--config-dir", "mine", "study=table4"]),
         (["hydra/sweeper=design", "-m", "seed=1,2"], ["-m", "hydra/sweeper=design"]),
     ],
     ids=str,
 )
 def test_a_study_a_plan_and_a_shard_imply_multirun(arguments: list[str], for_hydra: list[str]):
-    line = read_command_line(arguments)
-    assert list(line.for_hydra) == for_hydra
-    assert [argument for argument in line.for_points if not argument.startswith("seed")] == []
-    assert len(line.for_points) == 1
+    assert list(read_command_line(arguments).for_hydra) == for_hydra
 
 
 @pytest.mark.parametrize(
@@ -89,7 +88,6 @@ def test_study_null_is_kept_from_hydra():
 def test_a_study_can_be_shown_without_being_run():
     line = read_command_line(["study=table4", "world.size=5", "--cfg", "job"])
     assert line.for_hydra == ("--cfg", "job", "study=table4", "world.size=5")
-    assert line.for_points == ()
 
 
 @pytest.mark.parametrize(

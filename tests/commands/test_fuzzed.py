@@ -59,7 +59,7 @@ def drawn(numbers: random.Random) -> list[str]:
 def planned(arguments: Sequence[str], planner: Planner) -> None:
     """Plan a command line as the command does; raise the error that it would show."""
     line = read_command_line(arguments)
-    if line.for_points or "-m" in arguments:
+    if {"-m", "--multirun"} & set(line.for_hydra):
         most = [f"max_points={MOST}", *filter(is_setting, line.overrides)]
         build_settings(planner.composer.config([text for text in most if not text.startswith("study=")]))
         names = [text.removeprefix("study=") for text in line.overrides if text.startswith("study=")]

@@ -171,6 +171,18 @@ def test_a_rerun_with_different_results_is_reported(say, outputs: Path):
     assert "in steps" in said
 
 
+def test_a_rerun_runs_nothing_that_the_run_names(say, outputs: Path):
+    run = record(tracker_at(outputs / "mlflow.db"), *learned())
+    path = Path(run.artifacts.removeprefix("file://")) / "config.yaml"
+    call = f"{{_target_: pathlib.Path.touch, self: {{_target_: pathlib.Path, _args_: [{outputs}/run]}}}}"
+    path.write_text(path.read_text().replace("size: 4", f"size: {call}"))
+    with pytest.raises(
+        ConfigError, match=rf"run {run.run_id}: world\.size\._target_=pathlib.Path.touch: comes from the"
+    ):
+        say("rerun", run.run_id)
+    assert not (outputs / "run").exists()
+
+
 def test_an_unknown_run_is_refused(say, outputs: Path):
     record(tracker_at(outputs / "mlflow.db"), *learned())
     with pytest.raises(ConfigError, match="ffff: no complete run has an id that begins with this"):

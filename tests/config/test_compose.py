@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from rl_design_space import DesignPoint
 from rl_design_space._paths import CONF
 from rl_design_space.config.compose import CONFIG_NAME, OPTION_GROUPS, Composer, shipped_config
 from rl_design_space.design import (
     AdHoc,
-    DesignPoint,
     Direction,
     Exponential,
     GoalReward,

@@ -35,7 +35,9 @@ POINTS = [
     ("hydra.jobb=1", ["hydra.jobb: no such key", "did you mean hydra.job?"]),
     # Wrong types; nothing is converted silently.
     ("task.goals=many", ["task.goals=many", "a valid integer"]),
-    ("task.goals='3'", ["task.goals=3", "a valid integer"]),
+    ("task.goals='3'", ['task.goals="3"', "a valid integer, not text", "oc.decode"]),
+    ("task.goals=${oc.env:NO_SUCH_VARIABLE,3}", ['task.goals="3"', "not text", "${oc.decode:${oc.env:NAME}}"]),
+    ("world.size='10'", ['world.size="10"', "a whole number", "not text"]),
     ("task.goals=3.0", ["task.goals=3.0", "a valid integer"]),
     ("task.goals=true", ["task.goals=true", "a valid integer"]),
     ("task.periods=null", ["task.periods=null", "a valid integer"]),

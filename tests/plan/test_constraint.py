@@ -56,7 +56,12 @@ def test_invalid_combinations_may_be_dropped(planned):
     ("constraints", "message"),
     [
         ({"c": {"drop": "world.siz > 3", "why": "-"}}, "block a: constraint c: drop=world.siz > 3: "),
-        ({"c": {"drop": "open('x')", "why": "-"}}, "name 'open' is not defined"),
+        ({"c": {"drop": "open('x')", "why": "-"}}, "open: no such function"),
+        ({"c": {"drop": "wurld.size > 3", "why": "-"}}, "wurld: no such name; did you mean world?"),
+        ({"c": {"drop": "world.offset", "why": "-"}}, "world.offset: no such value"),
+        ({"c": {"drop": "task == 3", "why": "-"}}, "task: name one of its values: task.goals, "),
+        ({"c": {"drop": "().__class__", "why": "-"}}, "().__class__: not part of an expression"),
+        ({"c": {"drop": "9**9**9 > 1", "why": "-"}}, "drop=9**9**9 > 1: an exponent is at most 64"),
         ({"c": {"drop": "world.size >", "why": "-"}}, "should be a Python expression"),
         ({"c": {"drop": "True"}}, "study mine, constraints.c.why=???: needs a value"),
         ({"c": {"keep": "True", "why": "-"}}, "constraints.c.drop=???: needs a value\nconstraints.c.keep: no such key"),

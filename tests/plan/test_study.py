@@ -188,6 +188,8 @@ def test_a_study_without_any_block_is_refused(planned):
 
 
 def test_an_unknown_study_is_refused_with_a_suggestion():
+    with pytest.raises(ConfigError, match=r"study=\.\./config: should be the name of a study"):
+        load_study("../config", ())
     with shipped_config(), pytest.raises(ConfigError, match=r"study=table: .*did you mean study=table\d\?"):
         load_study("table", ())
 

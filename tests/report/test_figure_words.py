@@ -194,6 +194,8 @@ def test_a_command_writes_a_picture_with_its_numbers(word: str, outputs: Path):
 def test_a_name_for_the_files_can_be_chosen(outputs: Path):
     paths = command.main("sensitivity", ["exploration.k", "--name", "k", f"outputs={outputs}"])
     assert {path.stem for path in paths} == {"k"}
+    with pytest.raises(ConfigError, match=r"--name=\.\./k: should be a name without \.\."):
+        command.main("sensitivity", ["exploration.k", "--name", "../k", f"outputs={outputs}"])
 
 
 def test_a_selection_without_runs_is_refused(outputs: Path):

@@ -191,7 +191,7 @@ def test_a_user_who_may_only_read_gets_an_error_and_keeps_the_results(
     ("uri", "more"),
     [
         ("http://user:secret@host:5000", ()),
-        ("http://user:secret@host:5000", ("--cfg", "job")),
+        ("http://secret@host:5000", ("--cfg", "job")),
         ("postgresql://user:secret@host/db", ("-m", "seed=1,2")),
         ("postgresql://user@host/db?password=secret", ("--cfg", "job")),
     ],

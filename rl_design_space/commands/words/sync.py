@@ -24,6 +24,7 @@ def main(arguments: Sequence[str]) -> None:
     )
     overrides = parser.parse_args(arguments).overrides
 
+    from rl_design_space._secrets import without_secrets
     from rl_design_space.commands.terminal import console, counted
     from rl_design_space.run.settings import store_of
     from rl_design_space.tracking.delivery import deliver_all
@@ -37,7 +38,9 @@ def main(arguments: Sequence[str]) -> None:
         pending, quarantined = len(spool.pending()), set(spool.quarantined())
         if not pending:
             continue
-        console.print(f"{counted(pending, 'record')} for {spool.address.uri} …", markup=False, soft_wrap=True)
+        console.print(
+            f"{counted(pending, 'record')} for {without_secrets(spool.address.uri)} …", markup=False, soft_wrap=True
+        )
         reason = deliver_all(spool, options.patience)
         still = len(spool.pending())
         newly_quarantined = sorted(set(spool.quarantined()) - quarantined)

@@ -40,6 +40,7 @@ def show(overrides: Sequence[str], port: int) -> None:
     """
     from rl_design_space.commands.terminal import console
     from rl_design_space.run.settings import settings_of, store_of
+    from rl_design_space.tracking.address import mlflow_uri
     from rl_design_space.tracking.ui_links import find_pages
     from rl_design_space.tracking.ui_server import serving
 
@@ -50,7 +51,7 @@ def show(overrides: Sequence[str], port: int) -> None:
         return
     with (
         console.status("MLflow's server is starting"),
-        serving(tracking.address.uri, port, Path(settings_of(overrides).outputs) / "artifacts") as address,
+        serving(mlflow_uri(tracking.address.uri), port, Path(settings_of(overrides).outputs) / "artifacts") as address,
     ):
         console.print(f"MLflow's UI at {address}; Ctrl-C ends it", soft_wrap=True)
         _print(found.links(address))
