@@ -79,7 +79,7 @@ def study(report: Schema, constraint: Schema, keys: Mapping[str, Schema], tops: 
         tops: first parts of keys, so that keys of the user's own components are allowed.
     """
     block = {
-        "description": "a grid: all combinations of these sweeps; text is in Hydra's sweep grammar, as in 10,20,30",
+        "description": "a grid: all combinations of these lists, or text in Hydra's sweep grammar, as in 10,20,30",
         "type": "object",
         "properties": {key: _sweep(schema) for key, schema in keys.items()},
         "patternProperties": {rf"^[+~]*({'|'.join(tops)})([./@].*)?$": {}},
@@ -148,14 +148,22 @@ def _unless_inherited(needed: Schema) -> Schema:
 
 
 def _sweep(schema: Schema) -> Schema:
-    """Return the schema of a single value, or of text that lists several."""
+    """Return the schema of a single value, of text that lists several, or of a list of them."""
     single = opened(schema)
     words = {"description": single["description"]} if "description" in single else {}
     checks: dict[str, Any] = {key: value for key, value in single.items() if key not in ("description", "default")}
     if not checks:
         return words
     alternatives = checks["anyOf"] if set(checks) == {"anyOf"} else [checks]
-    return words | {"anyOf": [*alternatives, {"description": "a sweep, as in 10,20,30", "type": "string"}]}
+    several = [
+        {"description": "a sweep, as in 10,20,30", "type": "string"},
+        {
+            "description": "a sweep over these values",
+            "type": "array",
+            "items": {"anyOf": [*alternatives, {"type": "string"}]},
+        },
+    ]
+    return words | {"anyOf": [*alternatives, *several]}
 
 
 def _without_title(schema: Schema) -> Schema:

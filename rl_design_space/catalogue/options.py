@@ -14,8 +14,9 @@ from rl_design_space.catalogue.docstrings import docstring_of
 from rl_design_space.catalogue.fields import Schema, schemas_of
 from rl_design_space.catalogue.search import Search
 from rl_design_space.config.build import build_component
-from rl_design_space.config.compose import OPTION_GROUPS, Composer
+from rl_design_space.config.compose import Composer
 from rl_design_space.config.explain import explain
+from rl_design_space.config.overrides import OPTION_GROUPS
 from rl_design_space.config.target import imported
 from rl_design_space.plan.planner import Planner
 

@@ -54,9 +54,14 @@ def overview(search: Search, commands: Mapping[str, str]) -> str:
 
 def study_list(search: Search) -> list[str]:
     """Return the studies that have a report with their descriptions, in two columns."""
-    texts = {name: search.text(f"study/{name}") for name in search.options("study")}
-    reported = {name: text for name, text in texts.items() if re.search(r"^report:", text, re.MULTILINE)}
+    reported = reported_studies(search)
     return list(columns({name: first_sentence(leading_comment(text)) for name, text in reported.items()}))
+
+
+def reported_studies(search: Search) -> dict[str, str]:
+    """Return the text of each study's file that describes a report, by the name of the study."""
+    texts = {name: search.text(f"study/{name}") for name in search.options("study")}
+    return {name: text for name, text in texts.items() if re.search(r"^report:", text, re.MULTILINE)}
 
 
 def _default_first(search: Search, group: str) -> list[str]:

@@ -18,7 +18,8 @@ from rl_design_space.catalogue.keys import Keys
 from rl_design_space.catalogue.openness import opened
 from rl_design_space.catalogue.options import constraints_only
 from rl_design_space.catalogue.search import HYDRA_GROUPS, Search, searched
-from rl_design_space.config.compose import CONFIG_NAME, OPTION_GROUPS
+from rl_design_space.config.compose import CONFIG_NAME
+from rl_design_space.config.overrides import OPTION_GROUPS
 from rl_design_space.config.target import imported
 from rl_design_space.plan.constraint import Constraint
 from rl_design_space.run.settings import Settings

@@ -18,8 +18,10 @@ from omegaconf import OmegaConf
 
 from rl_design_space._paths import make_plugins_known
 from rl_design_space.config import user_config
-from rl_design_space.config.compose import CONFIG_NAME, OPTION_GROUPS, shipped_config
+from rl_design_space.config.compose import CONFIG_NAME, shipped_config
 from rl_design_space.config.explain import unknown_option
+from rl_design_space.config.overrides import OPTION_GROUPS
+from rl_design_space.config.yaml_files import comments_of
 from rl_design_space.errors import ConfigError
 
 #: Groups beside the design choices, in the order in which they are listed.
@@ -84,10 +86,10 @@ class Search:
         return OmegaConf.to_container(self._load(path).config)
 
     def text(self, path: str) -> str:
-        """Return the text of a config file; empty if the config does not come from a file."""
+        """Return the text of a config file, for its comments; empty if it cannot be read, or if it is no file."""
         source = self._source(path)
         if source.scheme() == "file":
-            return Path(source.path, f"{path}.yaml").read_text(encoding="utf-8")
+            return comments_of(Path(source.path, f"{path}.yaml"))
         if source.scheme() == "pkg":
             package = files(source.path.replace("/", "."))
             return package.joinpath(f"{path}.yaml").read_text(encoding="utf-8")

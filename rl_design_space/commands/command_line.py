@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
+from math import prod
 
 from hydra._internal.utils import get_args_parser
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.errors import HydraException
+from hydra.core.override_parser.types import Override, ValueType
 
 from rl_design_space._secrets import has_secret, without_secrets
+from rl_design_space.commands import words as command_words
 from rl_design_space.commands.intent import OWN_SWEEPER, intent_of
 from rl_design_space.config import user_config
-from rl_design_space.config.compose import check_options
-from rl_design_space.config.explain import explain
-from rl_design_space.config.overrides import shared
+from rl_design_space.config.grammar import LOOK, parse, sweep_size
+from rl_design_space.config.overrides import is_override, shared
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.grid import MAX_POINTS, refuse_large
 
 
 @dataclass(frozen=True)
@@ -62,15 +63,11 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
                 "are recorded with runs; docs/server.md says where to put it"
             )
     flags = get_args_parser().parse_intermixed_args(arguments)
-    overrides = tuple(override for override in flags.overrides if _is_override(override))
-    try:
-        parsed = OverridesParser.create().parse_overrides(list(overrides))
-        check_options(parsed)
-    except HydraException as error:
-        raise explain(error) or error from error
+    overrides = tuple(override for override in flags.overrides if is_override(override))
+    parsed = parse(overrides)
 
-    if words := [word for word in flags.overrides if not _is_override(word) and not flags.shell_completion]:
-        raise ConfigError(f"{words[0]}: not an override; overrides look like key=value, e.g. exploration.k=0.02")
+    if words := [word for word in flags.overrides if not is_override(word) and not flags.shell_completion]:
+        raise _misplaced(words[0], arguments)
     others = [name for name in ("cfg", "info", "help", "hydra_help", "shell_completion") if getattr(flags, name)]
     if flags.multirun and others:
         raise ConfigError(
@@ -87,6 +84,9 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     multirun = flags.multirun or (intent.multirun and not flags.run)
     if not intent.own_sweeper and intent.sweeps:
         raise ConfigError(f"{intent.sweeps[0]} needs hydra/sweeper={OWN_SWEEPER}, not {intent.sweeper}")
+    if intent.sweeper == "basic" and multirun:  # it composes all its points before it runs any
+        given = {override.key_or_group: override.value() for override in parsed}.get("max_points")
+        refuse_large(prod(map(_size, parsed)), given if isinstance(given, int) else MAX_POINTS)
     if not intent.own_sweeper or not (multirun or intent.sweeps):
         texts = [override.input_line or "" for override in accepted]
         return CommandLine(tuple(arguments), overrides, (*flag_arguments, *texts), foreign=multirun)
@@ -94,6 +94,21 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     return CommandLine(tuple(arguments), overrides, (*implied, *flag_arguments, *shared(accepted)))
 
 
-def _is_override(argument: str) -> bool:
-    """Return whether an argument is an override; Hydra itself refuses anything else."""
-    return re.match(r"[+]*[A-Za-z_][^=]*=|~[A-Za-z_]", argument) is not None
+def _size(override: Override) -> int:
+    """Return how many values an override lists; 1 if that depends on the options there are."""
+    return 1 if override.value_type == ValueType.GLOB_CHOICE_SWEEP else sweep_size(override)
+
+
+def _misplaced(word: str, arguments: Sequence[str]) -> ConfigError:
+    """Return an error for a word that is no override, with the command that may be meant."""
+    known = command_words.names()
+    if word in known:
+        rest = list(arguments)
+        rest.remove(word)
+        # What follows the word may belong to it, so it stays before the settings.
+        place = list(arguments).index(word)
+        command = shlex.join(["rl-design-space", word, *rest[place:], *rest[:place]])
+        return ConfigError(f"{word}: a command is the first argument, as in `{command}`")
+    meant = [name for name in known if name.startswith(word)] or get_close_matches(word, known, n=1)
+    hint = f"; did you mean `rl-design-space {meant[0]}`?" if meant else ""
+    return ConfigError(f"{without_secrets(word)}: not an override{hint or f'; {LOOK}'}")

@@ -75,6 +75,11 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     return figure.write_runs(runs, Path(settings.outputs) / "report" / name)
 
 
+def flags(word: str) -> list[str]:
+    """Return the flags of a word."""
+    return [flag for action in _parser(word)._actions for flag in action.option_strings if flag.startswith("--")]
+
+
 def _parser(word: str) -> argparse.ArgumentParser:
     """Return the parser of a word; arguments that are fields of its report have their names."""
     parser = argparse.ArgumentParser(

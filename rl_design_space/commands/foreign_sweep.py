@@ -21,12 +21,12 @@ from rl_design_space.config.explain import explained
 from rl_design_space.config.overrides import is_search_path, is_setting, shared
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.grid import as_overrides, refuse_empty
+from rl_design_space.plan.grid import as_overrides, refuse_empty, refuse_large
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import union
 from rl_design_space.run.objective import objective_value
-from rl_design_space.run.outcome import Outcome
+from rl_design_space.run.outcome import Outcome, PointFailedError
 from rl_design_space.run.runner import missing, run_sweep
 from rl_design_space.run.settings import build_settings
 from rl_design_space.tracking.tracker import StoredRun
@@ -47,6 +47,7 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
     invocation.jobs += len(job_overrides)
     if len({tuple(filter(is_setting, overrides)) for overrides in job_overrides}) > 1:
         raise ConfigError("a setting differs between jobs; settings apply to the whole sweep")
+    refuse_large(len(job_overrides), settings.max_points)
     planner = Planner(Composer.like(config))
     jobs = [planner(overrides) for overrides in job_overrides]
     plan = union([Plan(jobs, combinations=len(jobs))])
@@ -118,5 +119,5 @@ def _job_return(planned: PlannedPoint, objectives: Mapping[str, float], outcome:
         done.status, done.return_value = JobStatus.COMPLETED, objectives[planned.fingerprint]
     else:
         reason = outcome.failed.get(planned.fingerprint, "not run, because another point failed")
-        done.status, done.return_value = JobStatus.FAILED, RuntimeError(f"{planned.name}: {reason}")
+        done.status, done.return_value = JobStatus.FAILED, PointFailedError(f"{planned.name}: {reason}")
     return done

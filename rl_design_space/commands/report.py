@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rl_design_space._version import __version__
+from rl_design_space.commands.interrupts import handle_interrupts
 from rl_design_space.commands.messages import shown_as_messages
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
@@ -19,12 +21,17 @@ if TYPE_CHECKING:
 
 def main() -> None:
     """Write a report; an error that the user can fix is one message and exit status 2."""
-    from rl_design_space.commands import figure_words
-
+    handle_interrupts()
     with shown_as_messages():
+        from rl_design_space.commands import completion, figure_words
+
+        if (completed := completion.answer(sys.argv[1:])) is not None:
+            print(completed)
+            return
         folder, typed = user_config.take_flag(sys.argv[1:])
         user_config.use(folder)
         user_config.tell_of_shadowing()
+        _check_first(typed)
         if typed and typed[0] in figure_words.WORDS:
             paths = figure_words.main(typed[0], typed[1:])
         else:
@@ -33,6 +40,19 @@ def main() -> None:
             paths = write_report(name, arguments.overrides)
         for path in paths:
             print(path)
+
+
+def _check_first(typed: list[str]) -> None:
+    """Refuse settings before the name of the report.
+
+    Raises:
+        ConfigError: the first argument is a setting.
+    """
+    from rl_design_space.config.overrides import is_override
+
+    if typed and is_override(typed[0]):
+        name = next((word for word in typed if not word.startswith("-") and not is_override(word)), "table4")
+        raise ConfigError(f"{typed[0]}: the name of a report comes first, as in `rl-design-report {name} {typed[0]}`")
 
 
 def _parser(typed: list[str]) -> argparse.ArgumentParser:
@@ -44,6 +64,7 @@ def _parser(typed: list[str]) -> argparse.ArgumentParser:
     )
     parser.add_argument("report", help="name of a study, e.g. table4; all for the page of all reports")
     parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
+    parser.add_argument("--version", action="version", version=f"rl-design-report {__version__}")
     # Parsed before, see `main`; listed here for --help.
     parser.add_argument(user_config.FLAG, "-cd", metavar="DIR", help="folder with options and studies of your own")
     return parser

@@ -12,6 +12,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from rl_design_space.commands import sweep_output
 from rl_design_space.commands.invocation import current_invocation
+from rl_design_space.commands.planning import PlanningProgress
 from rl_design_space.commands.point_launcher import PointLauncher
 from rl_design_space.commands.unused_variables import tell_of_unused_variables
 from rl_design_space.config.compose import Composer
@@ -58,6 +59,8 @@ def _sweep(
     started = perf_counter()
     settings = build_settings(config)
     tell_of_unused_variables(settings.tracking)
+    if not isinstance(params, Mapping):
+        raise ConfigError.at("hydra.sweeper.params", params, "should be a mapping of keys to sweeps")
     plan = plan_sweep(overrides, params, config, settings)
     seconds = {"plan": perf_counter() - started}
     if settings.plan:
@@ -83,7 +86,7 @@ def plan_sweep(overrides: Sequence[str], params: Mapping[str, str], config: Dict
     Raises:
         ConfigError: a value of a point is not allowed, a setting differs between points, or the sweep has no point.
     """
-    planner = Planner(Composer.like(config))
+    planner = Planner(Composer.like(config), PlanningProgress())
     overrides = [*as_overrides(params), *overrides]
     names = _studies(overrides, config, planner)
     overrides = [override for override in overrides if not override.startswith("study=")]
@@ -100,7 +103,7 @@ def plan_sweep(overrides: Sequence[str], params: Mapping[str, str], config: Dict
                 f"study={','.join(names)}: no design points, only a report; run rl-design-report {names[0]}"
             )
     else:
-        plan = plan_overrides(overrides, planner)
+        plan = plan_overrides(overrides, planner, settings.max_points)
     return plan.shard(*settings.shard) if settings.shard else plan
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from errno import EPIPE
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -13,7 +14,16 @@ from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.outcome import Outcome
 from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun
 
-console = Console(highlight=False)
+
+class Terminal(Console):
+    """A console that leaves a closed output to the command, which ends then; Rich would exit with status 1."""
+
+    def on_broken_pipe(self) -> None:
+        self.quiet = True
+        raise BrokenPipeError(EPIPE, "nobody reads the output")
+
+
+console = Terminal(highlight=False)
 #: Half the width of a 95 % interval, in standard errors.
 _NORMAL_95 = 1.96
 #: Maximum number of values that a plan lists for each axis.

@@ -142,7 +142,7 @@ class Assembler:
             raise _NotPlainError
         field, *path = override.key_or_group.split(".")
         if not path and field in self._groups:
-            if not isinstance(value, str):
+            if not isinstance(value, str) or not value:
                 raise _NotPlainError
             return _Choice(field, value)
         if field not in _FIELDS or isinstance(value, dict):

@@ -81,7 +81,7 @@ def build(key: str, node: Any) -> Any:
     except Exception as raised:
         error = raised.__cause__ or raised if isinstance(raised, InstantiationException) else raised
         if isinstance(error, ValidationError):
-            raise invalid(key, error, [field.name for field in fields(kind)]) from raised
+            raise invalid(key, error, kind) from raised
         raise ConfigError(f"{key}: {error}".replace("\n", " ")) from raised
     if twin is not None:
         _check_twin(key, component, twin)
@@ -119,7 +119,7 @@ def construct(kind: Callable[..., Built], values: Mapping[str, Any], prefix: str
     try:
         return kind(**values)
     except ValidationError as error:
-        raise invalid(prefix, error, [field.name for field in fields(kind)]) from error  # type: ignore[arg-type]
+        raise invalid(prefix, error, kind) from error
 
 
 def plain(config: DictConfig, key: str) -> Any:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
-from dataclasses import fields
 from functools import cache, cached_property
 from typing import Any, cast
 
@@ -13,7 +12,7 @@ import hydra
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override, ValueType
+from hydra.core.override_parser.types import Override
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
@@ -23,16 +22,14 @@ from rl_design_space.config.agreement import Agreement, comparable, is_separable
 from rl_design_space.config.assemble import Assembler, Parts, file_reaches_out
 from rl_design_space.config.build import build_values
 from rl_design_space.config.explain import explain, explained
-from rl_design_space.config.overrides import is_of_study, is_search_path, is_setting, is_sweep_setting
+from rl_design_space.config.grammar import parse
+from rl_design_space.config.overrides import OPTION_GROUPS, is_of_study, is_search_path, is_setting, is_sweep_setting
 from rl_design_space.config.resolvers import register_resolvers
 from rl_design_space.config.search_path import look_in_user_folder_first
-from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 
 CONFIG_NAME = "config"
 register_resolvers()
-#: The design choices that are config groups: all fields of a point except `seed` and `task`.
-OPTION_GROUPS = tuple(field.name for field in fields(DesignPoint) if field.name not in ("seed", "task"))
 
 
 @contextmanager
@@ -141,8 +138,7 @@ class Composer:
             ConfigError: an override cannot be parsed, or its value is not allowed.
         """
         with explained():
-            parsed = self.parser.parse_overrides(list(overrides))
-            check_options(parsed)
+            parsed = parse(overrides, self.parser)
             if any(self._changes_keys(override) for override in parsed):
                 return self._compose(overrides)
             options = tuple(o.input_line or "" for o in parsed if not self._sets_a_value(o))
@@ -178,24 +174,6 @@ def _set(config: DictConfig, override: Override) -> None:
         if isinstance(error, OmegaConfBaseException):
             raise
         raise ConfigError.at(override.key_or_group, override.value(), f"no such key: {error}") from error
-
-
-def check_options(overrides: Sequence[Override]) -> None:
-    """Refuse values where the name of an option is needed; the error of Hydra does not name the key.
-
-    Raises:
-        ConfigError: an override such as `world=10`.
-    """
-    for override in overrides:
-        key = override.key_or_group
-        if not (key in (*OPTION_GROUPS, "tracking", "study") or key.startswith("hydra/")):
-            continue
-        named: tuple[type, ...] = (str, list, dict)
-        if override.is_delete() or (key == "study" and not override.is_add()):
-            named = (*named, type(None))  # `~world` has no value, and `study=null` chooses no study
-        if override.value_type == ValueType.ELEMENT and not isinstance(override.value(), named):
-            sign = "~" if override.is_delete() else ""
-            raise ConfigError.at(f"{sign}{key}", override.value(), "name exactly one option")
 
 
 def parts_of(config: DictConfig, choices: Mapping[str, str | None] | None = None) -> Parts:

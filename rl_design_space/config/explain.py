@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from inspect import isfunction
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 from hydra.errors import ConfigCompositionException, HydraException, MissingConfigException, OverrideParseException
 from omegaconf import DictConfig
@@ -15,12 +18,23 @@ from omegaconf.errors import (
     OmegaConfBaseException,
 )
 from pydantic import ValidationError
-from pydantic_core import ErrorDetails
 from yaml import MarkedYAMLError, YAMLError, safe_load
 
 from rl_design_space.config import user_config
+from rl_design_space.config.grammar import not_understood
+from rl_design_space.design.identity import full_name
 from rl_design_space.errors import ConfigError
 
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+#: Options that come with another package, by what to install.
+_EXTRAS = {
+    ("hydra/sweeper", "optuna"): "rl-design-space[optuna]",
+    ("hydra/launcher", "joblib"): "hydra-joblib-launcher",
+    ("hydra/launcher", "submitit_slurm"): "hydra-submitit-launcher",
+    ("hydra/launcher", "submitit_local"): "hydra-submitit-launcher",
+}
 _HIDDEN_KEYS = {"_target_", "hydra"}
 
 
@@ -32,25 +46,30 @@ def explain(error: Exception) -> ConfigError | None:
         group, _, option = str(error.missing_cfg_file).rpartition("/")
         return unknown_option(group, option, error.options or ())
     if isinstance(error, OverrideParseException):
-        return ConfigError(f"{error.override}: not an override; overrides look like key=value, e.g. exploration.k=0.02")
+        return not_understood(error.override)
     if isinstance(error, ConfigCompositionException) and isinstance(
         error.__cause__, (ConfigAttributeError, ConfigKeyError)
     ):
         return unknown_key(error.__cause__)
+    if isinstance(error, ConfigCompositionException) and isinstance(error.__cause__, OmegaConfBaseException):
+        return explain(error.__cause__)
     if isinstance(error, (ConfigAttributeError, ConfigKeyError)):
         return unknown_key(error)
     if isinstance(error, MissingMandatoryValue):
         return ConfigError.at(str(error.full_key), "???", "needs a value")
     if isinstance(error, OmegaConfBaseException) and error.full_key:
         return ConfigError(f"{error.full_key}: {str(error).splitlines()[0]}")
-    if isinstance(error, MarkedYAMLError):
+    if isinstance(error, YAMLError):
         return _not_yaml(error)
     if isinstance(error, OSError) and error.filename:
         return ConfigError(f"{error.filename}: {error.strerror}; outputs=DIR writes elsewhere")
     if ambiguous := re.match(r"Ambiguous value for argument '(.*)'", str(error)):
         return ConfigError(f"{ambiguous[1]}: several values make a sweep; add -m to run them all")
-    if isinstance(error, (HydraException, OmegaConfBaseException)):
+    if isinstance(error, (HydraException, OmegaConfBaseException)) and str(error).strip():
         return ConfigError(" ".join(str(error).split()))
+    if _raised_by_hydra(error):
+        reason = " ".join(f"{type(error).__name__}: {error}".removesuffix(": ").split())
+        return ConfigError(f"Hydra cannot use these arguments or files ({reason}); HYDRA_FULL_ERROR=1 shows where")
     return None
 
 
@@ -67,8 +86,21 @@ def explained() -> Iterator[None]:
         raise
 
 
-def _not_yaml(error: MarkedYAMLError) -> ConfigError:
+def _raised_by_hydra(error: Exception) -> bool:
+    """Return whether Hydra or OmegaConf raised an error, instead of one of their own for what cannot be composed."""
+    trace = error.__traceback__
+    while trace and trace.tb_next:
+        trace = trace.tb_next
+    if trace is None or trace.tb_frame.f_code.co_name == "return_value":  # Hydra passes on the error of a job
+        return False
+    module: str = trace.tb_frame.f_globals.get("__name__", "")
+    return module.partition(".")[0] in ("hydra", "omegaconf", "antlr4", "yaml")
+
+
+def _not_yaml(error: YAMLError) -> ConfigError:
     """Return an error with the place of a YAML error, and where the faulty block starts: parsers notice it later."""
+    if not isinstance(error, MarkedYAMLError):
+        return ConfigError(" ".join(str(error).split()))
     mark = error.problem_mark or error.context_mark
     context = f" {error.context}" if error.context else ""
     begun = f" that begins in line {error.context_mark.line + 1}" if context and error.context_mark else ""
@@ -78,6 +110,10 @@ def _not_yaml(error: MarkedYAMLError) -> ConfigError:
 
 def unknown_option(group: str, option: str, known: Iterable[str]) -> ConfigError:
     """Return an error for an unknown option, with a config folder that has it, or else the most similar option."""
+    if not group:
+        return ConfigError(f"{option}: there is no such config file")
+    if extra := _EXTRAS.get((group, option)):
+        return ConfigError.at(group, option, f"not installed; pip install '{extra}' adds it")
     if folder := user_config.unused(group, option):
         needed = f"{user_config.FLAG} {user_config.shown(folder)}"
         return ConfigError.at(group, option, f"no such option; {needed} would add it")
@@ -93,21 +129,37 @@ def unknown_key(error: ConfigAttributeError | ConfigKeyError) -> ConfigError:
     return ConfigError.unknown(f"key in {option}" if option else "key", key, known, f"{parent}." if parent else "")
 
 
-def invalid(prefix: str, error: ValidationError, known: list[str]) -> ConfigError:
-    """Return an error for the fields of one choice that pydantic refused."""
+def invalid(prefix: str, error: ValidationError, kind: Any) -> ConfigError:
+    """Return an error for the fields of a validated dataclass that pydantic refused."""
+    known = [field.name for field in fields(kind)]
     lines = []
     for detail in error.errors(include_url=False):
         key = ".".join(str(part) for part in (prefix, *detail["loc"]) if part != "")
         if detail["type"] == "unexpected_keyword_argument":
             lines.append(str(ConfigError.unknown("key", str(detail["loc"][-1]), known, f"{prefix}.")))
+        elif detail["type"].startswith("missing"):  # its input is not the value of the field, but all arguments
+            lines.append(str(ConfigError.at(key, "???", "needs a value")))
         elif not detail["loc"]:
             lines.append(_plain(detail["msg"]))
+        elif detail["type"] == "is_instance_of" and (lacking := _lacking(kind, detail)):
+            lines.append(f"{key}={full_name(type(detail['input']))}: {_plain(detail['msg'])}; it has no {lacking}")
         elif _needs_a_number(detail) and _is_quoted(detail["input"]):
             remedy = "write it without quotes, or ${oc.decode:${oc.env:NAME}} for an environment variable"
             lines.append(f'{key}="{detail["input"]}": {_plain(detail["msg"])}, not text; {remedy}')
         else:
             lines.append(str(ConfigError.at(key, detail["input"], _plain(detail["msg"]))))
     return ConfigError("\n".join(lines))
+
+
+def _lacking(kind: Any, detail: ErrorDetails) -> str:
+    """Return the methods of a Protocol that a component does not have; empty if that is not what is wrong with it."""
+    protocol: Any = get_type_hints(kind).get(str(detail["loc"][0]))
+    if not getattr(protocol, "_is_protocol", False) or not is_dataclass(detail["input"]):
+        return ""
+    bases = [base for base in protocol.__mro__ if getattr(base, "_is_protocol", False)]
+    declared = sorted({name for base in bases for name in vars(base) if not name.startswith("_")})
+    lacking = [name for name in declared if not hasattr(detail["input"], name)]
+    return ", ".join(f"{name}()" if isfunction(getattr(protocol, name)) else name for name in lacking)
 
 
 def _needs_a_number(detail: ErrorDetails) -> bool:

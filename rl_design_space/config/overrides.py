@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import fields
 
 from hydra.core.override_parser.types import Override
 
+from rl_design_space.design import DesignPoint
+
+#: The design choices that are config groups: all fields of a point except `seed` and `task`.
+OPTION_GROUPS = tuple(field.name for field in fields(DesignPoint) if field.name not in ("seed", "task"))
 #: Keys of the config that are not part of a design point.
-SETTINGS = ("outputs", "threads", "tracking", "study", "plan", "shard", "on_error", "objective", "hydra")
+SETTINGS = ("outputs", "threads", "tracking", "study", "plan", "shard", "on_error", "max_points", "objective", "hydra")
 #: Settings of a sweep, which a single point does not use.
-_SWEEP_SETTINGS = ("study", "plan", "shard", "on_error", "hydra")
+_SWEEP_SETTINGS = ("study", "plan", "shard", "on_error", "max_points", "hydra")
+
+
+def is_override(argument: str) -> bool:
+    """Return whether an argument has the form of an override; Hydra itself refuses anything else."""
+    return re.match(r"[+]*[A-Za-z_][^=]*=|~[A-Za-z_]", argument) is not None
 
 
 def is_setting(override: str) -> bool:

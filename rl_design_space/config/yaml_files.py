@@ -1,38 +1,99 @@
-"""The YAML files of a configuration, read for Hydra: within the limits on YAML, see `yaml_limits`."""
+"""The YAML files of a configuration, read for Hydra: in UTF-8, within limits, and without the surprises of YAML 1.1."""
 
 from __future__ import annotations
 
+import re
+from io import StringIO
 from pathlib import Path
 
+import yaml
 from hydra._internal.core_plugins.file_config_source import FileConfigSource
-from hydra.plugins.config_source import ConfigResult
+from hydra.plugins.config_source import ConfigResult, ConfigSource
+from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from rl_design_space.config import user_config
-from rl_design_space.config.yaml_limits import check_limits, read_text
+from rl_design_space.config.yaml_limits import CHARACTERS, check_limits
 from rl_design_space.errors import ConfigError
+
+#: Number of characters in which Hydra looks for `# @package`.
+_HEADER = 512
+#: Numbers that YAML 1.1 reads in base 8 or base 60, as whole scalars, and anything in a file that may be one.
+_OCTAL, _SEXAGESIMAL = re.compile(r"[-+]?0[0-7_]+"), re.compile(r"[-+]?[0-9][0-9_]*(:[0-5]?[0-9])+(\.[0-9_]*)?")
+_MAYBE = re.compile(r"(?<![\w.])0[0-7_]+(?![\w.])|\d:[0-5]?\d")
 
 
 class YamlFiles(FileConfigSource):
-    """Hydra's source of config files in folders, none of which is too large."""
+    """Hydra's source of config files in folders, with errors that name the file.
+
+    A byte-order mark is skipped; Hydra would not see the `# @package` behind it.
+    """
 
     def load_config(self, config_path: str) -> ConfigResult:
         """Return a config file and its header.
 
         Raises:
-            ConfigError: the file is too large, or holds a value that cannot be read.
+            ConfigError: the file cannot be read, is too large, or holds a number that YAML 1.1 reads as another one.
         """
         path = Path(self.path, self._normalize_file_name(config_path))
-        if path.is_file():
-            check_limits(read_text(path), user_config.shown(path))
+        if not path.exists():
+            return super().load_config(config_path)  # which raises the error that Hydra expects
+        text, shown = _text(path), user_config.shown(path)
+        check_limits(text, shown)
+        if _MAYBE.search(text):
+            _refuse_old_numbers(shown, text)
+        stream = StringIO(text)
+        stream.name = str(path)
         try:
-            return super().load_config(config_path)
+            config = OmegaConf.load(stream)
         except ValueError as error:
             if isinstance(error, (ConfigError, OmegaConfBaseException)):
                 raise
             # A number of thousands of digits, or an impossible date.
-            raise ConfigError(f"{user_config.shown(path)}: cannot be read: {str(error).partition(';')[0]}") from error
+            raise ConfigError(f"{shown}: cannot be read: {str(error).partition(';')[0]}") from error
+        header = ConfigSource._get_header_dict(text[:_HEADER])
+        return ConfigResult(self.provider, f"{self.scheme()}://{self.path}", config, header)
 
 
 # Hydra knows its source of files by this name, and registers it again in the processes of its launchers.
 YamlFiles.__name__ = FileConfigSource.__name__
+
+
+def comments_of(path: Path) -> str:
+    """Return the text of a file for its comments; empty if it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError):
+        return ""
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file, cut where it is too large."""
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            return file.read(CHARACTERS + 1)
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        wrong = f"should be UTF-8, but holds the byte 0x{error.object[error.start]:02x}; save it as UTF-8"
+        raise ConfigError(f"{user_config.shown(path)}:{line}: {wrong}") from error
+    except OSError as error:
+        raise ConfigError(f"{user_config.shown(path)}: cannot be read: {error.strerror}") from error
+
+
+def _refuse_old_numbers(name: str, text: str) -> None:
+    """Refuse numbers that YAML 1.1 reads in base 8 or 60, unlike YAML 1.2 and people.
+
+    Raises:
+        ConfigError: the text holds one.
+    """
+    for event in yaml.parse(text, yaml.SafeLoader):
+        if not isinstance(event, yaml.ScalarEvent) or not event.implicit[0]:
+            continue
+        base = 8 if _OCTAL.fullmatch(event.value) else 60 if _SEXAGESIMAL.fullmatch(event.value) else None
+        if base:
+            mark, value = event.start_mark, yaml.safe_load(event.value)
+            place = f"{name}:{mark.line + 1}:{mark.column + 1}" if mark else name
+            raise ConfigError(
+                f"{place}: {event.value} is {value} in YAML, a number in base {base}; "
+                f'write {value}, or "{event.value}" if it is text'
+            )

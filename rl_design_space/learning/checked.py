@@ -14,6 +14,7 @@ from rl_design_space.errors import ConfigError
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 _LARGEST = float(np.finfo(np.float64).max)
+_LARGEST_CODE = 2**63 - 1
 
 
 def transitions(point: DesignPoint) -> NDArray[np.int32]:
@@ -102,7 +103,7 @@ def observation_codes(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
     except ConfigError as error:
         name = full_name(type(representation))
         raise ConfigError(f"representation: {name}.observation() calls {error}") from error
-    _checked("representation", representation, "observation", codes, shape, np.int64, 0, 2**63 - 1)
+    _checked("representation", representation, "observation", codes, shape, np.int64, 0, _LARGEST_CODE)
     return np.ascontiguousarray(codes)
 
 
@@ -122,5 +123,12 @@ def _checked(
         raise ConfigError(f"{wanted}, not {found}")
     if not table.size or not (table.min() >= low and table.max() <= high):  # no number at all is neither
         found = f"it gives {table.min()} to {table.max()}" if table.size else "it gives none"
-        raise ConfigError(f"{wanted}, all from {low} to {high}; {found}")
+        raise ConfigError(f"{wanted}, all {_range(low, high)}; {found}")
     return table
+
+
+def _range(low: float, high: float) -> str:
+    """Return a range in words; a bound that is only the largest number of its type is left out."""
+    if high not in (_LARGEST, _LARGEST_CODE):
+        return f"from {low} to {high}"
+    return "finite" if low == -high else f"at least {low}"

@@ -16,6 +16,7 @@ from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.kernel import learn
 from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes
 from rl_design_space.learning.layouts import layouts_of
+from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.streams import behaviour_states
@@ -36,7 +37,8 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
         threads: number of threads that learn; all available cores if None. The result does not depend on it.
 
     Raises:
-        ConfigError: an option returns a table that violates its contract, or a goal cannot be reached.
+        ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
+            need more memory than there is.
     """
     threads = threads or available_threads()
     learning = Learning(point, threads)
@@ -59,11 +61,13 @@ class Learning:
         threads: expected number of threads. The result depends neither on it nor on the actual number.
 
     Raises:
-        ConfigError: an option returns a table that violates its contract, or a goal cannot be reached.
+        ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
+            need more memory than there is.
     """
 
     def __init__(self, point: DesignPoint, threads: int = 1) -> None:
         task, cells = point.task, cell_count(point.world)
+        check_memory(task)
         self._point = point
         self._tables = learning_tables(point)
         self._layouts = layouts_of(point)

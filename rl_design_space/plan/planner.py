@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from omegaconf import DictConfig
@@ -21,10 +21,14 @@ class Planner:
 
     Args:
         composer: composes the parts of points.
+        progress: called for each combination of a sweep, with its number and the number of all combinations.
     """
 
-    def __init__(self, composer: Composer | None = None) -> None:
+    def __init__(
+        self, composer: Composer | None = None, progress: Callable[[int, int], None] = lambda number, total: None
+    ) -> None:
         self.composer = composer or Composer()
+        self.progress = progress
         self._check = ComponentCheck()
 
     def __call__(self, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:

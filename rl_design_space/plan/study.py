@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,11 +15,13 @@ from rl_design_space._paths import leads_out
 from rl_design_space.config import user_config
 from rl_design_space.config.build import build, plain
 from rl_design_space.config.explain import explained
+from rl_design_space.config.grammar import parse
 from rl_design_space.config.overrides import is_setting, shared
 from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.block import block_overrides
 from rl_design_space.plan.constraint import Constraint, constraints_of
-from rl_design_space.plan.grid import as_overrides, axes, expand
+from rl_design_space.plan.grid import MAX_POINTS, Grid, axes, refuse_large
 from rl_design_space.plan.plan import Dropped, Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
 
@@ -75,13 +78,16 @@ class Study:
         return build("study.report", node)
 
 
-def load_study(name: str, overrides: Sequence[str], planner: Planner | None = None) -> Study:
+def load_study(
+    name: str, overrides: Sequence[str], planner: Planner | None = None, included_by: tuple[str, ...] = ()
+) -> Study:
     """Compose and plan a study.
 
     Args:
         name: of the study.
         overrides: overrides of the command line; they replace those of a block for the same key.
         planner: plans the points; a new one if None.
+        included_by: names of the studies that include it, from the outermost on.
 
     Raises:
         ConfigError: there is no such study, an override cannot be parsed, or a value is not allowed.
@@ -92,11 +98,11 @@ def load_study(name: str, overrides: Sequence[str], planner: Planner | None = No
     overrides = tuple(override for override in overrides if not override.startswith("study="))
     composer = planner.composer
     with explained():
-        parsed = composer.parser.parse_overrides(list(overrides))
+        parsed = parse(overrides, composer.parser)
     config = composer.config([f"study={name}", *shared(parsed)])
     node = plain(config, "study")
     if isinstance(node, Mapping) and "includes" in node:
-        studies = _included(name, node["includes"], overrides, planner)
+        studies = _included((*included_by, name), node["includes"], overrides, planner)
         usual = max((each.usual_periods for each in studies if each.plan), default=_PERIODS)
         return Study(name, overrides, config, _joined(name, studies), usual)
     plan = plan_study(name, config, overrides, planner)
@@ -110,9 +116,8 @@ def _most_periods(plan: Plan) -> int:
 
 def _usual_periods(config: DictConfig, planner: Planner) -> int:
     """Return the most periods of a point as the blocks of a study ask for them."""
-    blocks = [
-        axes(as_overrides(sweeps), planner.composer.parser) for sweeps in plain(config, "study")["blocks"].values()
-    ]
+    composer, sweeps = planner.composer, plain(config, "study")["blocks"].values()
+    blocks = [axes(block_overrides(block, (), composer), composer.parser) for block in sweeps]
     asked = [value for block in blocks for value in block.get("task.periods", ())]
     periods = [int(value.partition("=")[2]) for value in asked]
     if not all("task.periods" in block for block in blocks):
@@ -120,7 +125,9 @@ def _usual_periods(config: DictConfig, planner: Planner) -> int:
     return max(periods)
 
 
-def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner: Planner) -> Plan:
+def plan_study(
+    name: str, config: DictConfig, overrides: Sequence[str], planner: Planner, included_by: tuple[str, ...] = ()
+) -> Plan:
     """Return the points of a study, in the order of its blocks, without duplicates.
 
     Args:
@@ -130,6 +137,7 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
             studies, whose points are this one's.
         overrides: overrides of the command line.
         planner: plans the points.
+        included_by: names of the studies that include it, from the outermost on.
 
     Raises:
         ConfigError: an override cannot be parsed, a value is not allowed, or the study has neither points nor a report.
@@ -137,24 +145,25 @@ def plan_study(name: str, config: DictConfig, overrides: Sequence[str], planner:
     node = plain(config, "study")
     blocks = node.get("blocks") if isinstance(node, Mapping) else None
     if isinstance(node, Mapping) and "includes" in node:
-        return _joined(name, _included(name, node["includes"], overrides, planner))
+        return _joined(name, _included((*included_by, name), node["includes"], overrides, planner))
     if blocks is None and isinstance(node, Mapping) and "report" in node:
         return Plan([], (name,))  # a report that needs no points
     if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
         raise ConfigError(f"study {name}: needs blocks, each a mapping of keys to sweeps")
-    grids = _Grids(name, planner)
-    try:
+    with _named(f"study {name}", ", "):
         constraints = constraints_of(node.get("constraints"))
-    except ConfigError as error:
-        raise ConfigError(f"study {name}, {error}") from error
     of_points = planner.composer.of_points([f"study={name}", *overrides])
+    grids = {}
     for block, sweeps in blocks.items():
-        try:
+        with _named(f"study {name}, block {block}"):
             _refuse_settings(sweeps)
-            grids.add(expand([*as_overrides(sweeps), *of_points], planner.composer.parser), constraints)
-        except ConfigError as error:
-            raise ConfigError(f"study {name}, block {block}: {error}") from error
-    plan = grids.plan()
+            grids[block] = Grid(block_overrides(sweeps, of_points, planner.composer), planner.composer.parser)
+    with _named(f"study {name}"):
+        points = _Points(name, planner, sum(grid.size for grid in grids.values()), _max_points(config))
+    for block, grid in grids.items():
+        with _named(f"study {name}, block {block}"):
+            points.add(grid, constraints)
+    plan = points.plan()
     if not plan:
         left_out = f" and its constraints drop all {plan.combinations} combinations" if plan.combinations else ""
         raise ConfigError(f"study {name}: no design points; its blocks are {', '.join(blocks) or 'none'}{left_out}")
@@ -172,11 +181,15 @@ def _refuse_settings(sweeps: Mapping[str, Any]) -> None:
             raise ConfigError.at(key, value, "a setting applies to the whole sweep; give it on the command line")
 
 
-def _included(name: str, included: Any, overrides: Sequence[str], planner: Planner) -> list[Study]:
-    """Return the studies that a study includes."""
+def _included(names: tuple[str, ...], included: Any, overrides: Sequence[str], planner: Planner) -> list[Study]:
+    """Return the studies that the last of these studies includes, which the others include."""
+    name = names[-1]
     if not isinstance(included, list) or not all(isinstance(other, str) and other != name for other in included):
         raise ConfigError(f"study {name}: includes should be a list of the names of other studies")
-    return [load_study(other, overrides, planner) for other in included]
+    if circle := [other for other in included if other in names]:
+        way = " includes ".join([*names[names.index(circle[0]) :], circle[0]])
+        raise ConfigError(f"study {name}: includes should not lead back to itself: {way}")
+    return [load_study(other, overrides, planner, names) for other in included]
 
 
 def _joined(name: str, studies: Sequence[Study]) -> Plan:
@@ -185,15 +198,21 @@ def _joined(name: str, studies: Sequence[Study]) -> Plan:
     return replace(both, points=[replace(p, studies=(name, *p.studies)) for p in both], studies=(name, *both.studies))
 
 
-def plan_overrides(overrides: Sequence[str], planner: Planner) -> Plan:
+def plan_overrides(overrides: Sequence[str], planner: Planner, max_points: int = MAX_POINTS) -> Plan:
     """Return the points of a grid of sweep overrides, without duplicates.
 
+    Args:
+        overrides: the overrides.
+        planner: plans the points.
+        max_points: maximum number of combinations.
+
     Raises:
-        ConfigError: an override cannot be parsed, or a value is not allowed.
+        ConfigError: an override cannot be parsed, a value is not allowed, or there are too many combinations.
     """
-    grids = _Grids("", planner)
-    grids.add(expand(planner.composer.of_points(overrides), planner.composer.parser), {})
-    return grids.plan()
+    grid = Grid(planner.composer.of_points(overrides), planner.composer.parser)
+    points = _Points("", planner, grid.size, max_points)
+    points.add(grid, {})
+    return points.plan()
 
 
 def union(plans: Sequence[Plan]) -> Plan:
@@ -212,12 +231,24 @@ def union(plans: Sequence[Plan]) -> Plan:
     )
 
 
-class _Grids:
-    """Collects the points of grids."""
+class _Points:
+    """Collects the points of grids.
 
-    def __init__(self, study: str, planner: Planner) -> None:
+    Args:
+        study: name of the study, or empty.
+        planner: plans the points.
+        total: number of combinations of all grids.
+        max_points: maximum number of combinations.
+
+    Raises:
+        ConfigError: there are too many combinations.
+    """
+
+    def __init__(self, study: str, planner: Planner, total: int, max_points: int) -> None:
+        refuse_large(total, max_points)
         self._studies = (study,) if study else ()
         self._planner = planner
+        self._total = total
         self._points: dict[str, PlannedPoint] = {}
         self._combinations = 0
         self._dropped: Counter[tuple[str, str]] = Counter()
@@ -225,12 +256,11 @@ class _Grids:
     def add(self, grid: Iterable[tuple[str, ...]], constraints: Mapping[str, Constraint]) -> None:
         for overrides in grid:
             self._combinations += 1
+            self._planner.progress(self._combinations, self._total)
             parts = self._planner.composer.parts(overrides)
             for name, constraint in constraints.items():
-                try:
+                with _named(f"constraint {name}"):
                     drops = constraint.drops(parts)
-                except ConfigError as error:
-                    raise ConfigError(f"constraint {name}: {error}") from error
                 if drops:
                     self._dropped[name, constraint.why] += 1
                     break
@@ -242,3 +272,24 @@ class _Grids:
         study = "".join(self._studies)
         dropped = tuple(Dropped(study, name, why, count) for (name, why), count in self._dropped.items())
         return Plan(list(self._points.values()), self._studies, self._combinations, dropped)
+
+
+@contextmanager
+def _named(place: str, separator: str = ": ") -> Iterator[None]:
+    """Put the place in a study before the message of an error."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{place}{separator}{error}") from error
+
+
+def _max_points(config: DictConfig) -> int:
+    """Return the maximum number of combinations.
+
+    Raises:
+        ConfigError: it is not a number of at least 1.
+    """
+    most = config.get("max_points", MAX_POINTS)
+    if type(most) is not int or most < 1:
+        raise ConfigError.at("max_points", most, "should be a whole number of at least 1")
+    return most

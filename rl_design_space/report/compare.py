@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import yaml
 from matplotlib.figure import Figure
 from pydantic.dataclasses import dataclass
 
@@ -24,6 +23,7 @@ from rl_design_space.report.parameters import SEED, check_averaged, label, order
 from rl_design_space.report.points import Point, repetition
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import DARK_BLUE, beyond, interval, number, styled, tidy
+from rl_design_space.tracking.run_frame import typed
 
 #: Name of the row of all pairs together.
 _ALL = "all pairs"
@@ -192,7 +192,7 @@ def _wanted(side: str) -> dict[str, Any]:
         name, equals, value = part.partition("=")
         if not equals:
             raise ConfigError(f"{side}: should be values of parameters, such as representation=ad_hoc")
-        wanted[name] = yaml.safe_load(value)
+        wanted[name] = typed(value)
     return wanted
 
 

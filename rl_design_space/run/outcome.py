@@ -70,6 +70,10 @@ class Outcome:
             self.failed[fingerprint] = lost_record(reason)
 
 
+class PointFailedError(Exception):
+    """The learning of a point failed; the message is that of its error, which is the cause."""
+
+
 @contextmanager
 def summary_run(plan: Plan, outcome: Outcome, tracker: Tracker, command: str) -> Iterator[None]:
     """Open a summary run, and close it whatever happens inside: Hydra's end callbacks skip failed jobs.
@@ -105,6 +109,8 @@ def lost_record(reason: str) -> str:
 
 def describe_error(error: BaseException) -> str:
     """Return an error as one line, with the file and line that raised it."""
+    if isinstance(error, PointFailedError):
+        return str(error)
     trace = error.__traceback__
     while trace and trace.tb_next:
         trace = trace.tb_next

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from typing import Annotated, Any, Literal
 
 import hydra
-from hydra.errors import HydraException
 from omegaconf import DictConfig
 from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic.dataclasses import dataclass
@@ -18,11 +17,16 @@ from rl_design_space._strict import STRICT
 from rl_design_space.config.build import build_component, construct
 from rl_design_space.config.compose import CONFIG_NAME, shipped_config
 from rl_design_space.config.explain import explain
+from rl_design_space.config.grammar import parse
 from rl_design_space.config.overrides import SETTINGS, is_setting
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.measures import SCALARS
+from rl_design_space.plan.grid import MAX_POINTS
 from rl_design_space.tracking import MlflowTracking, Tracking
+
+#: More threads than any machine has cores; the operating system refuses to start many more.
+_MOST_THREADS = 1024
 
 
 def _known_scalar(name: str) -> str:
@@ -50,18 +54,20 @@ class Settings:
         threads: number of threads that learn; all cores if None.
         plan: whether to show the plan only.
         shard: which part of a sweep to run, as (number, number of parts); the whole sweep if None.
+        max_points: maximum number of combinations that a sweep plans.
         on_error: whether a sweep continues or stops when a point fails.
         objective: the scalar that a run returns, for sweepers that optimize.
         tracking: where results are recorded.
     """
 
     outputs: Annotated[str, Field(min_length=1), AfterValidator(expanded)]
-    threads: Annotated[int, Field(ge=1)] | None
+    threads: Annotated[int, Field(ge=1, le=_MOST_THREADS)] | None
     plan: bool
     shard: Annotated[tuple[int, int] | None, BeforeValidator(_shard)]
     on_error: Literal["continue", "stop"]
     objective: Annotated[str, AfterValidator(_known_scalar)]
     tracking: Tracking
+    max_points: Annotated[int, Field(ge=1)] = MAX_POINTS
 
     @property
     def learning_threads(self) -> int:
@@ -75,7 +81,9 @@ def build_settings(config: DictConfig) -> Settings:
     Raises:
         ConfigError: a key is missing, unknown or has a value that is not allowed.
     """
-    return construct(Settings, {field.name: build_component(config, field.name) for field in fields(Settings)})
+    # A config file of the user's that replaces the shipped one may be older than the settings with a default.
+    given = [field.name for field in fields(Settings) if field.name in config or field.default is MISSING]
+    return construct(Settings, {name: build_component(config, name) for name in given})
 
 
 def settings_of(overrides: Sequence[str]) -> Settings:
@@ -87,10 +95,11 @@ def settings_of(overrides: Sequence[str]) -> Settings:
     for override in overrides:
         if not is_setting(override):
             raise ConfigError(f"{override}: not a setting; this command takes {'=…, '.join(SETTINGS[:3])}=…")
+    parse(overrides)
     with shipped_config():
         try:
             return build_settings(hydra.compose(CONFIG_NAME, list(overrides)))
-        except HydraException as error:
+        except Exception as error:
             raise explain(error) or error from error
 
 

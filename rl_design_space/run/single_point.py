@@ -6,7 +6,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.plan import PlannedPoint
+from rl_design_space.run.outcome import PointFailedError, describe_error
 from rl_design_space.tracking.tracker import StoredRun, Tracker
 
 
@@ -39,9 +42,11 @@ def run_point(
         threads: number of threads that learn; all cores if None.
         on_wait: called once if another process holds the lock of this point, before waiting for it.
         poll: seconds between two attempts to lock the point.
-    """
-    from rl_design_space.learning import simulate
 
+    Raises:
+        ConfigError: an option of the point cannot be used.
+        PointFailedError: the learning failed, because an option raises an error.
+    """
     fingerprint = planned.fingerprint
     stored = tracker.finished([fingerprint]).get(fingerprint)
     waiting = False
@@ -56,6 +61,17 @@ def run_point(
         if stored:
             tracker.add_studies({fingerprint: stored}, {fingerprint: planned.studies})
             return PointRun(stored, is_new=False)
-        return PointRun(tracker.record(planned, simulate(planned.point, threads)), is_new=True)
+        return PointRun(tracker.record(planned, _learned(planned, threads)), is_new=True)
     finally:
         tracker.unlock(fingerprint)
+
+
+def _learned(planned: PlannedPoint, threads: int | None) -> LearningCurves:
+    from rl_design_space.learning import simulate
+
+    try:
+        return simulate(planned.point, threads)
+    except ConfigError:
+        raise
+    except Exception as error:
+        raise PointFailedError(describe_error(error)) from error

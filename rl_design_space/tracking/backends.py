@@ -84,8 +84,10 @@ class MlflowTracking:
     def open(self, command: str = "rl-design-space", delivery: BackgroundDelivery | None = None) -> Tracker:
         from rl_design_space.tracking.mlflow_client import configure_mlflow
         from rl_design_space.tracking.mlflow_tracker import MlflowTracker
+        from rl_design_space.tracking.schema import check_schema
 
         configure_mlflow(self.patience)
+        check_schema(self.address)
         return MlflowTracker(
             self.address,
             Path(self.spool),

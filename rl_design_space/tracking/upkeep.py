@@ -68,6 +68,9 @@ def status(options: MlflowTracking) -> StoreStatus:
         ConfigError: there is no store.
         StoreUnavailableError: the store cannot be reached at the moment.
     """
+    database = sqlite_path(options.uri)
+    if database and not database.exists() and not Path(options.spool).exists():
+        raise ConfigError.at("tracking.uri", options.uri, "no run has been recorded there yet; outputs=DIR looks there")
     runs = queries_of(options.address).counts()
     spool = Spool.of(Path(options.spool), options.address)
     pending = spool.pending()

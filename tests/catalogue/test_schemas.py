@@ -86,6 +86,7 @@ def test_a_shipped_file_names_its_schema_and_conforms_to_it(file: Path):
             "study",
             "{blocks: {a: {seed: 'range(0,5)', msa.lengths: [2, 3]}}, constraints: {odd: {drop: 'True', why: so}}}",
         ),
+        ("study", "blocks: {a: {representation: [ad_hoc, direction], seed: [0, 1], msa.lengths: [[], [2, 3]]}}"),
         ("study", "{report: {_target_: mine.Report, anything: 1}}"),
         ("", "{defaults: [{world: torus}, _self_], seed: 1, threads: 2, exploration: {k: 0.1}}"),
     ],

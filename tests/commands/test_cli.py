@@ -224,9 +224,10 @@ def test_an_interrupted_study_is_killed_and_continues_later(default_run: Complet
         assert next_line(process, "stderr") == "endless\n"
         # The larger one was learned before; it may take a moment to be recorded.
         wait_until(lambda: "FINISHED" in dict(recorded()).values(), process)
-        process.send_signal(signal.SIGINT)
+        for _ in range(5):  # as impatient people do
+            process.send_signal(signal.SIGINT)
         done = finished(process)
-    assert done.returncode == 130, done
+    assert done.returncode in (130, -signal.SIGINT), done
     assert done.stderr.splitlines()[-1].startswith("interrupted; run the same command again")
     assert "Traceback" not in done.stderr
     assert runs(folder, "sweeps")[-1] == ("table4", "KILLED")

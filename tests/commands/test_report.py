@@ -1,4 +1,4 @@
-"""The study that `rl-design-report all` stands for."""
+"""The arguments of `rl-design-report`, and the study that `all` stands for."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rl_design_space._paths import CONF
-from rl_design_space.commands.report import study_of_all
+from rl_design_space.commands.report import main, study_of_all
 from rl_design_space.config.user_config import used
 from rl_design_space.errors import ConfigError
 
@@ -43,3 +43,22 @@ def test_the_only_page_needs_no_key(tmp_path: Path):
 def test_two_default_pages_are_refused_by_name(tmp_path: Path):
     with pytest.raises(ConfigError, match=r"all: needs one study .* default: true, not 2 \(mine, paper\)"):
         chosen_beside(tmp_path, mine=SHIPPED)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "command"),
+    [
+        (["outputs=x", "table3"], "rl-design-report table3 outputs=x"),
+        (["outputs=x", "heatmap", "--rows", "seed"], "rl-design-report heatmap outputs=x"),
+        (["tracking.uri=sqlite:///x.db"], "rl-design-report table4 tracking.uri=sqlite:///x.db"),
+    ],
+)
+def test_the_name_of_a_report_comes_before_settings(
+    arguments: list[str], command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr("sys.argv", ["rl-design-report", *arguments])
+    monkeypatch.setattr("rl_design_space.commands.report.handle_interrupts", lambda: None)
+    with pytest.raises(SystemExit) as exit_:
+        main()
+    assert exit_.value.code == 2
+    assert capsys.readouterr().err.endswith(f"the name of a report comes first, as in `{command}`\n")

@@ -138,7 +138,7 @@ def test_every_key_of_the_whole_configuration_is_explained(told: Told, planner):
 def test_keys_have_type_range_and_default(said: Said):
     assert "task.goals whole number at least 1 3 number of goals n, to be reached in order." in said("show", "task")
     assert "task.goals" not in said("show", "task.periods")
-    assert "threads whole number or null at least 1 null Number of learning threads; null for one a core." in said(
+    assert "threads whole number or null 1 to 1024 null Number of learning threads; null for one a core." in said(
         "show", "threads"
     )
     assert "on_error one of continue, stop continue when a point fails" in said("show", "on_error")

@@ -193,3 +193,11 @@ def test_a_run_without_its_periods_cannot_be_compared(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db", artifact="curves"), *learned())
     with pytest.raises(ConfigError, match="holds its curves only"):
         say("rerun", run.run_id)
+
+
+def test_a_store_that_does_not_exist_has_no_status_and_is_not_created(say, outputs: Path):
+    with pytest.raises(
+        ConfigError, match=r"typo/mlflow\.db: no run has been recorded there yet; outputs=DIR looks there"
+    ):
+        words.run("store", ["status", f"outputs={outputs}/typo"])
+    assert not (outputs / "typo").exists()

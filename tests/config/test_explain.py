@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from rl_design_space.config.explain import unknown_option
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.planner import Planner, plan_point
 from rl_design_space.run.settings import build_settings
@@ -89,8 +90,8 @@ POINTS = [
     ("seed=range(0,3)", ["seed=range(0,3)", "-m"]),
     # Overrides that cannot be parsed, and interpolations that cannot be resolved.
     ("goals", ["goals: not an override", "key=value"]),
-    ("world.size=[10", ["world.size=[10: not an override", "key=value"]),
-    ("task.goals=${", ["task.goals=${: not an override"]),
+    ("world.size=[10", ['world.size=[10: character 12, "[", is not closed', """'world.size="[10"'"""]),
+    ("task.goals=${", ['task.goals=${: character 13, "{", cannot be used here; quoted, it is text: ']),
     ("task.goals=${nowhere}", ["task.goals: ", "'nowhere' not found"]),
     ("task.goals=${task.gaols}", ["task.goals: ", "'task.gaols' not found"]),
     ("seed=${oc.env:NO_SUCH_VARIABLE}", ["NO_SUCH_VARIABLE", "seed"]),
@@ -102,7 +103,8 @@ POINTS = [
     ("world._target_=builtins.dict", ["world._target_=builtins.dict", "should be a frozen dataclass"]),
     ("world._target_=null", ["world._target_=null"]),
     ("world._target_=3", ["world._target_=3"]),
-    ("representation._target_=rl_design_space.design.Torus", ["representation=Torus", "Representation"]),
+    ("representation._target_=rl_design_space.design.Torus", ["representation=Torus", "it has no observation()"]),
+    ("~world.size world._target_=rl_design_space.design.AdHoc", ["world=AdHoc", "it has no next_cell(), offset()"]),
     ("world._target_=rl_design_space.design.GoalReward", ["world.size: no such key", "step"]),
     ("world=10", ["world=10"]),
 ]  # fmt: skip
@@ -156,6 +158,19 @@ def test_an_invalid_setting_names_the_key_the_value_and_the_fix(typed, expected:
     with pytest.raises(ConfigError) as caught:
         build_settings(planner.composer.config(typed.split(" ")))
     assert_told(caught.value, expected)
+
+
+@pytest.mark.parametrize(
+    ("group", "option", "package"),
+    [
+        ("hydra/sweeper", "optuna", "rl-design-space[optuna]"),
+        ("hydra/launcher", "joblib", "hydra-joblib-launcher"),
+        ("hydra/launcher", "submitit_slurm", "hydra-submitit-launcher"),
+    ],
+)
+def test_a_missing_package_is_named(group: str, option: str, package: str):
+    message = str(unknown_option(group, option, ["basic", "design"]))
+    assert message == f"{group}={option}: not installed; pip install '{package}' adds it"
 
 
 def test_all_invalid_values_of_an_option_are_listed():

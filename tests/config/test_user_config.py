@@ -209,7 +209,7 @@ def test_an_invalid_option_file_is_explained(name: str, folder: Path):
         ("class Way(:\n", r"own_way\.Way: cannot be imported: .*own_way\.py:1: invalid syntax"),
         ("\n1 / 0\n", r"own_way\.Way: cannot be imported: ZeroDivisionError: division by zero \(.*own_way\.py:2\)"),
         ("import no_such_library\n", r"cannot be imported: No module named 'no_such_library' \(.*own_way\.py:1\)"),
-        (MODULE.replace("observation", "observe"), r"representation=Way\(.*Representation"),
+        (MODULE.replace("observation", "observe"), r"own_way\.Way: .*Representation; it has no observation\(\)"),
         (
             MODULE
             + "    def __post_init__(self):\n        object.__setattr__(self, 'width', np.random.randint(10**9))\n",

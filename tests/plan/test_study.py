@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 from omegaconf import OmegaConf
 
+from rl_design_space.config import user_config
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.config.user_config import used
 from rl_design_space.design import AdHoc, DesignPoint, Direction, Linear, Task, Torus
 from rl_design_space.errors import ConfigError
-from rl_design_space.plan.grid import expand
+from rl_design_space.plan.grid import Grid
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_overrides, plan_study, union
 
@@ -160,7 +161,7 @@ def test_a_value_may_refer_to_another_of_its_point(planned):
         ({"representation": "ad_hoc,ad_hic"}, (), "did you mean representation=ad_hoc?"),
         ({"exploration": "linear,exponential", "exploration.k": 0.1}, (), "exploration.k: no such key in Exponential"),
         ({"world.size": "10,1"}, (), "world.size=1: a size is a whole number of at least 2"),
-        ({"world.size": "[10"}, (), "world.size=[10: not an override"),
+        ({"world.size": "[10"}, (), 'world.size=[10: character 12, "[", is not closed'),
         ({"seed": True}, (), "seed=true: should be a valid integer"),
         ({"seed": None}, (), "seed=null: should be a valid integer"),
         ({"seed": 1}, ("task.gaols=1",), "task.gaols: no such key in Task; did you mean task.goals?"),
@@ -200,7 +201,7 @@ def test_a_study_without_a_report_is_explained(table4):
 
 
 def test_expanding_keeps_overrides_without_a_sweep(planner: Planner):
-    assert list(expand(["world.size=[3,4]", "seed=1,2", "task.goals=1"], planner.composer.parser)) == [
+    assert list(Grid(["world.size=[3,4]", "seed=1,2", "task.goals=1"], planner.composer.parser)) == [
         ("world.size=[3,4]", "seed=1", "task.goals=1"),
         ("world.size=[3,4]", "seed=2", "task.goals=1"),
     ]
@@ -216,6 +217,32 @@ def test_studies_share_their_common_points(planned):
         ("world.size=6", ("yours",)),
     ]
     assert (both.name, both.studies, both.combinations, both.duplicates) == ("mine,yours", ("mine", "yours"), 4, 1)
+
+
+# Very many points.
+
+
+def test_a_sweep_of_very_many_points_asks_for_their_number(planner: Planner, planned):
+    with pytest.raises(ConfigError, match=r"^1,000,000 combinations, more than max_points=100000; .*=1000000$"):
+        plan_overrides(["reward.step=range(0,1000)", "seed=range(0,1000)"], planner)
+    with pytest.raises(ConfigError, match="study mine: 100,005 combinations, more than max_points=100000"):
+        planned({"a": {"seed": "range(0,100000)"}, "b": {"seed": "range(0,5)"}})
+    with pytest.raises(ConfigError, match="study table4: 18 combinations, more than max_points=17"):
+        load_study("table4", ["max_points=17"], planner)
+    assert len(plan_overrides(["seed=range(0,3)"], planner, max_points=3)) == 3
+
+
+def test_planning_tells_how_far_it_is_and_can_be_interrupted(planner: Planner):
+    told = []
+
+    def progress(number: int, total: int) -> None:
+        told.append((number, total))
+        if number == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        plan_overrides(["seed=range(0,4)", "world.size=4,5"], Planner(planner.composer, progress))
+    assert told == [(1, 8), (2, 8), (3, 8)]
 
 
 # Plans.
@@ -261,6 +288,15 @@ def test_includes_is_a_list_of_other_studies(planner: Planner, included: object)
     config = OmegaConf.create({"study": {"includes": included}})
     with pytest.raises(ConfigError, match="study both: includes should be a list of the names of other studies"):
         plan_study("both", config, (), planner)
+
+
+def test_includes_do_not_lead_in_a_circle(tmp_path: Path):
+    (tmp_path / "study").mkdir()
+    for name, other in (("one", "two"), ("two", "three"), ("three", "two")):
+        (tmp_path / "study" / f"{name}.yaml").write_text(f"includes: [table4, {other}]\n", encoding="utf-8")
+    with user_config.used(tmp_path), shipped_config(), pytest.raises(ConfigError) as caught:
+        load_study("one", ())
+    assert str(caught.value).endswith("includes should not lead back to itself: two includes three includes two")
 
 
 def test_a_report_may_need_no_points(planner: Planner):

@@ -8,6 +8,7 @@ import pytest
 
 from rl_design_space.design import DesignPoint, Task, Torus
 from rl_design_space.plan.plan import PlannedPoint
+from rl_design_space.run.outcome import PointFailedError
 from rl_design_space.run.single_point import run_point
 from tests.run.trackers import MemoryTracker
 
@@ -36,3 +37,15 @@ def test_a_point_is_learned_once_and_added_to_later_studies():
     assert again.stored.scalars == first.stored.scalars
     assert tracker.runs[PLANNED.fingerprint].studies == {"mine", "yours"}
     assert tracker.sweeps == []
+
+
+def test_the_error_of_a_component_is_one_line_with_its_place(monkeypatch: pytest.MonkeyPatch):
+    def simulate(*_: object) -> None:
+        raise NameError("name 'undefined'\nis not defined")
+
+    monkeypatch.setattr("rl_design_space.learning.simulate", simulate)
+    tracker = MemoryTracker()
+    with pytest.raises(PointFailedError, match=r"^NameError: name 'undefined' is not defined \(.*single_point.*\)$"):
+        run_point(PLANNED, tracker, 1)
+    assert tracker.locked == set()
+    assert tracker.runs == {}

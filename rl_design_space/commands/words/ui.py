@@ -23,7 +23,6 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("overrides", nargs="*", help="settings, e.g. outputs=DIR or tracking.uri=URI")
     parser.add_argument("--port", type=int, default=5000, help="port of the UI on this machine (default: 5000)")
     given = parser.parse_intermixed_args(arguments)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with suppress(KeyboardInterrupt):
         show(given.overrides, given.port)
 

@@ -37,8 +37,8 @@ class DesignLauncher(BasicLauncher):
     def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> Sequence[JobReturn]:
         """Run the jobs of another sweeper."""
         # Do not import it: that would set the Hydra version of another application.
-        cli = sys.modules.get("rl_design_space.commands.cli")
-        if cli is None or self.task_function is not getattr(cli.application, "__wrapped__", None):
+        ours = sys.modules.get("rl_design_space.commands.application")
+        if ours is None or self.task_function is not getattr(ours.application, "__wrapped__", None):
             return super().launch(job_overrides, initial_job_idx)
         from rl_design_space.commands.foreign_sweep import launch
 

@@ -1,0 +1,51 @@
+"""Ctrl-C and SIGTERM: the first ends a command in good order, a later one ends it at once."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from time import monotonic
+from types import FrameType
+
+#: Exit status of a command that was interrupted.
+INTERRUPTED = 130
+#: Seconds in which all interrupts count as one: impatient people press Ctrl-C several times.
+_ONE = 2.0
+
+
+class Interrupts:
+    """A signal handler that raises KeyboardInterrupt, once.
+
+    Interrupts that follow at once are ignored, so that none of them breaks into what the first one ends. A later one
+    ends the process where it is, which costs nothing: results are on disk, and the next command continues.
+
+    Args:
+        clock: returns the time in seconds.
+        end: ends the process with a status.
+    """
+
+    def __init__(self, clock: Callable[[], float] = monotonic, end: Callable[[int], object] = os._exit) -> None:
+        self._clock, self._end = clock, end
+        self._first: float | None = None
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Handle a signal.
+
+        Raises:
+            KeyboardInterrupt: it is the first one.
+        """
+        if self._first is None:
+            self._first = self._clock()
+            raise KeyboardInterrupt
+        if self._clock() - self._first > _ONE:
+            os.write(2, b"interrupted again: ended at once; run the same command again to continue\n")
+            self._end(INTERRUPTED)
+
+
+def handle_interrupts() -> None:
+    """Handle SIGINT, unless it is ignored as in the background of a shell, and SIGTERM, which batch systems send."""
+    handler = Interrupts()
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, handler)
+    signal.signal(signal.SIGTERM, handler)
