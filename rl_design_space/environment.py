@@ -43,9 +43,15 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
 
     A *step* of the grid is one cell's worth of movement; a call of `step` carries out an action of one or more of them.
 
-    **Layout.** Start and goals are those that the kernel draws for one period. They stay the same, as in the trials of
-    a period, until `reset(options={"period": p})` chooses another period. With `period=None` every reset without this
-    option draws one of the `task.periods` layouts of the point; `reset(seed=...)` makes the draws repeatable.
+    **Layout.** Start and goals are those that the kernel draws for one of the `task.periods` periods of the point:
+
+    - `period="seed"`, the default: `reset(seed=s)` begins period s % task.periods, so the environments of a vector,
+      whose seeds are consecutive, have different layouts. If the first reset has no seed, it draws a period. Further
+      resets without a seed keep the layout, as the trials of a period do.
+    - `period=7`: always period 7, whatever the seed.
+    - `period=None`: every reset draws a period; `reset(seed=s)` makes the draws repeatable.
+
+    `reset(options={"period": p})` begins period p in each case; later resets keep it, except with `period=None`.
 
     **Observation.** The observation of the representation, as one number:
 
@@ -76,7 +82,7 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
 
     Args:
         point: world, representation, actions, rewards, goals, step cap and seed; the paper's defaults if None.
-        period: the period whose layout is used, 0 … task.periods - 1, or None.
+        period: the period whose layout is used: 0 … task.periods - 1, "seed" or None, see Layout.
         observation: "row" or "code".
         render_mode: "ansi" if `render` should return the grid as text.
 
@@ -89,7 +95,7 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
     def __init__(
         self,
         point: DesignPoint | None = None,
-        period: int | None = 0,
+        period: int | Literal["seed"] | None = "seed",
         observation: Literal["row", "code"] = "row",
         render_mode: str | None = None,
     ) -> None:
@@ -106,19 +112,19 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         self._next_cell: list[list[int]] = self._tables.next_cell.tolist()
         self._layouts = layouts_of(point)
         self._by_row = observation == "row"
-        self._draws = period is None
+        self._seeded, self._draws = period == "seed", period is None
         self.action_space = Discrete(len(MOVES) * len(self._tables.lengths))
         self.observation_space = Discrete(task.goals * cells if self._by_row else _code_count(point))
-        self._enter(0 if period is None else self._checked(period))
+        self._enter(0 if self._seeded or self._draws else self._checked(period, ', "seed" or None'))
         self._begin()
-        self._over = True
+        self._over = self._is_new = True
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[int, dict[str, Any]]:
         """Return the agent to the start.
 
         Args:
-            seed: seed of the draws with `period=None`; nothing else is random.
-            options: `{"period": p}` chooses the layout of period p.
+            seed: chooses the layout, see the class; nothing else is random.
+            options: `{"period": p}` chooses the layout of period p, whatever the seed.
 
         Raises:
             ConfigError: the option or the period does not exist.
@@ -130,8 +136,11 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
                 raise ConfigError.unknown("option of reset", name, ["period"])
         if "period" in options:
             self._enter(self._checked(options["period"]))
-        elif self._draws:
+        elif self._seeded and seed is not None:
+            self._enter(int(seed) % len(self._layouts))
+        elif self._draws or (self._seeded and self._is_new):
             self._enter(int(self.np_random.integers(len(self._layouts))))
+        self._is_new = False
         self._begin()
         self._over = False
         return self._observe(), self._info()
@@ -181,10 +190,10 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         due = f"goal {self._reached + 1} of {len(goals)} is due" if self._reached < len(goals) else "all goals reached"
         return "\n".join([*grid, f"{due}; steps: {self._steps}, at least {self._optimum} needed"])
 
-    def _checked(self, period: object) -> int:
+    def _checked(self, period: object, others: str = "") -> int:
         periods = len(self._layouts)
         if isinstance(period, bool) or not isinstance(period, (int, np.integer)) or not 0 <= period < periods:
-            raise ConfigError.at("period", period, f"should be a whole number from 0 to {periods - 1}")
+            raise ConfigError.at("period", period, f"should be a whole number from 0 to {periods - 1}{others}")
         return int(period)
 
     def _enter(self, period: int) -> None:

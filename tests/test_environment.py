@@ -153,7 +153,9 @@ POINTS = {
 
 
 @pytest.mark.parametrize("name", POINTS)
-@pytest.mark.parametrize("arguments", [{}, {"observation": "code"}, {"period": None}, {"render_mode": "ansi"}], ids=str)
+@pytest.mark.parametrize(
+    "arguments", [{}, {"observation": "code", "period": 3}, {"period": None}, {"render_mode": "ansi"}], ids=str
+)
 def test_the_checker_of_gymnasium_passes(name: str, arguments: dict):
     # Its warnings are errors here.
     check_env(gymnasium.make(ID, point=POINTS[name], **arguments).unwrapped)
@@ -167,7 +169,8 @@ def test_it_can_be_made_by_name_alone_or_with_its_module():
 def test_many_at_a_time():
     point = DesignPoint(msa=MultiStepActions(lengths=(4,)))
     envs = gymnasium.make_vec(ID, num_envs=2, vectorization_mode="sync", point=point)
-    envs.reset()
+    _, first = envs.reset(seed=7)
+    assert first["period"].tolist() == [7, 8]
     _, rewards, _, _, info = envs.step(np.array([0, 4]))
     assert info["executed"].tolist() == [1, 4]
     assert [len(path) for path in info["path"]] == [1, 4]
@@ -263,6 +266,23 @@ def test_the_layout_stays_until_another_is_chosen():
     assert info["period"] == 3
 
 
+def test_a_seed_chooses_the_layout_which_stays_until_the_next_seed():
+    env = OrderedGoals(DesignPoint(task=Task(periods=20)))
+    periods = [env.reset(seed=seed)[1]["period"] for seed in (3, None, None, 23, 4, None, 3)]
+    assert periods == [3, 3, 3, 3, 4, 4, 3]
+    assert env.layout == tuple(reference.layout_of(env.point, 3))
+    assert env.reset(seed=5, options={"period": 9})[1]["period"] == env.reset()[1]["period"] == 9
+    fixed = OrderedGoals(period=3)
+    assert [fixed.reset(seed=seed)[1]["period"] for seed in (1, 2, None)] == [3, 3, 3]
+
+
+def test_without_any_seed_a_layout_is_drawn():
+    first = [OrderedGoals().reset()[1]["period"] for _ in range(8)]
+    assert len(set(first)) > 1  # one of 500: the odds against it are 10^18 to 1
+    env = OrderedGoals()
+    assert len({env.reset()[1]["period"] for _ in range(8)}) == 1
+
+
 def test_layouts_may_be_drawn_at_every_reset():
     env = OrderedGoals(DesignPoint(task=Task(periods=20)), period=None)
 
@@ -306,7 +326,8 @@ def test_the_grid_as_text():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"period": 500}, "period=500: should be a whole number from 0 to 499"),
+        ({"period": 500}, 'period=500: should be a whole number from 0 to 499, "seed" or None'),
+        ({"period": "seeds"}, "period=seeds: should be a whole number"),
         ({"period": -1}, "period=-1: should be"),
         ({"period": True}, "period=true: should be"),
         ({"period": 1.0}, "period=1.0: should be"),
@@ -333,13 +354,13 @@ def test_an_invalid_action_is_refused():
     env = OrderedGoals()
     with pytest.raises(ResetNeeded):
         env.step(RIGHT)
-    env.reset()
+    env.reset(seed=0)
     for action in (4, -1, 1.0):
         with pytest.raises(InvalidAction, match=f"action {action}: should be a whole number from 0 to 3"):
             env.step(action)
     # None of them was a step, and any kind of whole number is an action.
     other = OrderedGoals()
-    other.reset()
+    other.reset(seed=0)
     assert env.step(np.int64(RIGHT)) == other.step(RIGHT)
 
 

@@ -118,7 +118,7 @@ def test_a_file_that_shadows_a_shipped_one_is_reported(command: Command, folder:
         (
             "_target_: wrong.Way\n",
             WAY.replace("SHIFT)", "SHIFT + 0.5)"),
-            "wrong.Way.observation() should give int64 of",
+            "wrong.Way.observation() calls encode(digits, base=10): should be whole numbers, not float64",
         ),
         (
             "_target_: worng.Way\n",

@@ -22,6 +22,10 @@ from tests.command_runner import PATIENCE, output_of
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 DEPENDENCIES = [Requirement(line) for line in PROJECT["dependencies"]]
+#: Requirements of each extra; those in DEVELOPMENT are installed from lock files.
+EXTRAS = {name: list(map(Requirement, lines)) for name, lines in PROJECT["optional-dependencies"].items()}
+DEVELOPMENT = {"test", "bench"}
+FOR_USERS = [requirement for name in EXTRAS.keys() - DEVELOPMENT for requirement in EXTRAS[name]]
 LOCKS = sorted(ROOT.glob("requirements*.txt"))
 
 
@@ -179,7 +183,7 @@ def test_both_commands_come_with_the_wheel(installed: Path):
     assert {path.name for path in (installed / "bin").iterdir()} == {"rl-design-space", "rl-design-report"}
 
 
-@pytest.mark.parametrize("requirement", DEPENDENCIES, ids=str)
+@pytest.mark.parametrize("requirement", sorted([*DEPENDENCIES, *FOR_USERS], key=str), ids=str)
 def test_every_dependency_is_bounded_on_both_sides(requirement: Requirement):
     operators = {bound.operator for bound in requirement.specifier}
     assert operators == {">=", "<"}
@@ -191,6 +195,32 @@ def test_what_breaks_between_minor_versions_is_held_to_one(name: str):
     (lowest,) = [bound.version for bound in found.specifier if bound.operator == ">="]
     major, minor = map(int, lowest.split(".")[:2])
     assert not found.specifier.contains(f"{major}.{minor + 1}.0")
+
+
+def test_no_bound_lets_pip_install_a_prerelease():
+    everything = [*DEPENDENCIES, *(requirement for extra in EXTRAS.values() for requirement in extra)]
+    assert [str(requirement) for requirement in everything if requirement.specifier.prereleases] == []
+
+
+@pytest.mark.parametrize("name", [found.name for found in EXTRAS["test"] if found.name.startswith("hydra-")])
+def test_a_plugin_of_hydra_is_held_to_the_minor_version_of_hydra(name: str):
+    (found,) = [requirement for requirement in EXTRAS["test"] if requirement.name == name]
+    assert found.specifier.contains("1.3.0")
+    assert not found.specifier.contains("1.4.0")
+
+
+def test_tests_use_the_versions_that_users_get():
+    tested = {requirement.name: requirement.specifier for requirement in EXTRAS["test"]}
+    assert {name for name in (found.name for found in FOR_USERS) if name not in tested} == {"sqlalchemy"}
+    assert all(tested[found.name] == found.specifier for found in FOR_USERS if found.name in tested)
+
+
+def test_the_script_that_installs_every_extra_knows_all_of_them():
+    script = (ROOT / ".ci" / "extras").read_text(encoding="utf-8")
+    assert f"all=({' '.join(name for name in EXTRAS if name not in DEVELOPMENT)})" in script
+    done = subprocess.run([ROOT / ".ci" / "extras", "nothing"], capture_output=True, text=True, timeout=PATIENCE)
+    told = "error: nothing: no such extra (there is dask ray optuna gym postgres server)\n"
+    assert (done.returncode, done.stderr) == (2, told)
 
 
 @pytest.mark.parametrize("lock", LOCKS, ids=lambda path: path.name)

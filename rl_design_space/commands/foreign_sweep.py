@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from hydra.core.utils import JobReturn, JobStatus
@@ -35,6 +36,8 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
     Raises:
         ConfigError: a value of a point is not allowed, or a setting differs between jobs.
     """
+    # As Hydra's own launchers do: other sweepers write their results there, but do not create the folder.
+    Path(config.hydra.sweep.dir).mkdir(parents=True, exist_ok=True)
     invocation = current_invocation()
     invocation.jobs += len(job_overrides)
     settings = build_settings(config)
@@ -94,6 +97,9 @@ class _ObjectiveMonitor:
         if isinstance(result, LearningCurves):
             self.objectives[planned.fingerprint] = objective_value(self._objective, result.scalars())
         self.display.point_ended(planned, result)
+
+    def waiting(self, points: int) -> None:
+        self.display.waiting(points)
 
     def delivering(self, pending: int, problem: str) -> None:
         self.display.delivering(pending, problem)

@@ -56,7 +56,10 @@ class Display:
         self._work = self._work_left = sum(_work(planned) for planned in found.points)
         self._running: dict[str, str] = {}
         self._delivery = ""
+        self._waiting = self._told = 0
         self._times: deque[float] = deque(maxlen=_RECENT)
+        #: Moments, and how many results were not in the store yet.
+        self._pending: deque[tuple[float, int]] = deque(maxlen=_RECENT)
         self._begun = self._shown = clock()
         self._lock = Lock()
         columns = (
@@ -106,9 +109,25 @@ class Display:
             self._shown = self._clock()
             self._print(f"[{self._before + self._ended}/{self._total}] {self._state()}{self._names()}")
 
+    def waiting(self, points: int) -> None:
+        """Show the number of points that only other processes are working on, if it is another one than before."""
+        self._waiting = points
+        if points not in (0, self._told) and not self._running and not self._console.is_terminal and self._is_due():
+            self._shown, self._told = self._clock(), points
+            self._print(self._waits())
+
     def delivering(self, pending: int, problem: str) -> None:
-        """Show the number of pending records, and the current problem of the store, if any."""
-        self._delivery = f"delivering {counted(pending, 'record')} to the store{f': {problem}' if problem else ''}"
+        """Show how many results are not in the store yet, how fast they get there, and what is wrong, if anything."""
+        now = self._clock()
+        if not self._pending or pending > self._pending[-1][1]:
+            self._pending.clear()
+        self._pending.append((now, pending))
+        since, before = self._pending[0]
+        parts = [f"recording: {counted(pending, 'result')} to go"]
+        if now > since and before > pending:
+            rate = (before - pending) / (now - since)
+            parts += [_rate(rate, "results"), f"{duration(pending / rate)} left"]
+        self._delivery = f"{', '.join(parts)}{f': {problem}' if problem else ''}"
         if not self._console.is_terminal and self._is_due():
             self._shown = self._clock()
             self._print(self._delivery)
@@ -122,6 +141,8 @@ class Display:
         lines = [Text(f"  {name}", style="dim", no_wrap=True, overflow="ellipsis") for name in names[:_LISTED]]
         if len(names) > _LISTED:
             lines.append(Text(f"  … and {len(names) - _LISTED} more running", style="dim"))
+        if self._waiting:
+            lines.append(Text(f"  {self._waits()}", style="dim", no_wrap=True, overflow="ellipsis"))
         if self._delivery:
             lines.append(Text(f"  {self._delivery}", style="dim", no_wrap=True, overflow="ellipsis"))
         return Group(self._bar, *lines)
@@ -133,12 +154,15 @@ class Display:
         if len(self._times) > 1:
             span = now - self._times[0]
             rate = len(self._times) / span if span else 0.0
-            parts.append(f"{rate:.1f} points/s" if rate >= 1 else f"{rate * 60:.1f} points/min")
+            parts.append(_rate(rate, "points"))
         if self._ended and self._ended < self._total - self._before:
             left = (now - self._begun) * self._work_left / (self._work - self._work_left)
             parts.append(f"{duration(left)} left")
         parts.append(f"{self._failed} failed")
         return ", ".join(parts)
+
+    def _waits(self) -> str:
+        return f"waiting for {counted(self._waiting, 'point')} that other processes have locked"
 
     def _names(self) -> str:
         """Return the running points, as the end of a plain line."""
@@ -148,6 +172,10 @@ class Display:
 
     def _print(self, text: str, style: str = "") -> None:
         self._console.print(escape(text), style=style, soft_wrap=True)
+
+
+def _rate(a_second: float, what: str) -> str:
+    return f"{a_second:.1f} {what}/s" if a_second >= 1 else f"{a_second * 60:.1f} {what}/min"
 
 
 def _work(planned: PlannedPoint) -> float:

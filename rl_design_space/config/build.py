@@ -16,6 +16,7 @@ from rl_design_space.config.explain import explain, invalid
 from rl_design_space.config.overrides import SETTINGS
 from rl_design_space.config.target import check_fields, class_of
 from rl_design_space.design import DesignPoint
+from rl_design_space.design.identity import full_name, is_shipped
 from rl_design_space.errors import ConfigError
 
 Built = TypeVar("Built")
@@ -74,12 +75,29 @@ def build(key: str, node: Any) -> Any:
         if key not in _CHOICES:
             return instantiate(node, _convert_="all")
         prepared = instantiate(node, _convert_="all", _partial_=True)
-        return prepared.func(**{name: _as_value(value) for name, value in prepared.keywords.items()})
+        values = {name: _as_value(value) for name, value in prepared.keywords.items()}
+        component = prepared.func(**values)
+        twin = None if is_shipped(kind) else prepared.func(**values)
     except Exception as raised:
         error = raised.__cause__ or raised if isinstance(raised, InstantiationException) else raised
         if isinstance(error, ValidationError):
             raise invalid(key, error, [field.name for field in fields(kind)]) from raised
         raise ConfigError(f"{key}: {error}".replace("\n", " ")) from raised
+    if twin is not None:
+        _check_twin(key, component, twin)
+    return component
+
+
+def _check_twin(key: str, component: Any, twin: Any) -> None:
+    """Refuse a component that differs from another one with the same values: its points would never be found again."""
+    for field in fields(component):
+        one, other = getattr(component, field.name), getattr(twin, field.name)
+        if isinstance(one, (int, float, str, tuple)) and repr(one) != repr(other):
+            raise ConfigError(
+                f"{key}: {full_name(type(component))}.{field.name} is {one} when it is built, and {other} when it is "
+                "built again from the same values; it must not draw random numbers, except from a generator that a "
+                "field seeds"
+            )
 
 
 def _as_value(value: Any) -> Any:

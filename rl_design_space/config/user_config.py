@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rl_design_space._paths import CONF
+from rl_design_space.config.own_modules import import_from_source
 from rl_design_space.errors import ConfigError
 
 #: Environment variable that names the folder; the flag takes precedence.
@@ -94,6 +95,7 @@ def module_folders() -> list[str]:
 
 def make_importable(folders: Sequence[str]) -> None:
     """Make modules in these folders importable, after all installed modules, so that none of them is shadowed."""
+    import_from_source(folders)
     sys.path += [folder for folder in folders if folder not in sys.path]
 
 

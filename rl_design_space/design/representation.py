@@ -16,6 +16,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT
 from rl_design_space.design.world import World, cell_count
+from rl_design_space.errors import ConfigError
 
 _LARGEST_CODE = int(np.iinfo(np.int64).max)
 
@@ -58,7 +59,7 @@ def encode(digits: IntArray, base: int, goals: _ObservedGoals = "all") -> NDArra
     """Encode one digit per goal, and the success counter, as a single number.
 
     Args:
-        digits: (..., n_goals, cells), each in 0 … base - 1.
+        digits: (..., n_goals, cells) whole numbers, each in 0 … base - 1.
         base: number of values of a digit.
         goals: with "remaining", the digits of goals already reached are 0.
 
@@ -66,8 +67,10 @@ def encode(digits: IntArray, base: int, goals: _ObservedGoals = "all") -> NDArra
         (..., n_goals, cells) int64: s · base^n + sum over goals i of digit_i · base^i.
 
     Raises:
+        ConfigError: base or a digit is no whole number, or a digit is not in 0 … base - 1.
         ValueError: the codes would not fit 64 bits.
     """
+    base = _checked_base(digits, base)
     n_goals = digits.shape[-2]
     if base**n_goals * n_goals > _LARGEST_CODE:
         raise ValueError(
@@ -83,6 +86,20 @@ def encode(digits: IntArray, base: int, goals: _ObservedGoals = "all") -> NDArra
     counter = base**n_goals * np.arange(n_goals, dtype=np.int64)[:, np.newaxis]
     codes: NDArray[np.int64] = counter + observed
     return codes
+
+
+def _checked_base(digits: IntArray, base: int) -> int:
+    """Return the base as a Python number, which does not overflow; refuse digits that are not in 0 … base - 1."""
+    call = f"encode(digits, base={base})"
+    if digits.dtype.kind not in "iub" or not isinstance(base, (int, np.integer)):
+        raise ConfigError(f"{call}: should be whole numbers, not {digits.dtype} and {type(base).__name__}")
+    # As unsigned numbers, negative digits are the largest ones: one pass finds both kinds.
+    if digits.size and digits.view(f"u{digits.itemsize}").max() >= base:
+        raise ConfigError(
+            f"{call}: digits should be from 0 to {base - 1}, but are from {digits.min()} to {digits.max()}; "
+            "different observations would share a code"
+        )
+    return int(base)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

@@ -93,10 +93,16 @@ def observation_codes(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
         (periods, n_goals, cells) int64 codes, contiguous, by success counter and cell.
 
     Raises:
-        ConfigError: the representation returns codes of the wrong shape, type or range.
+        ConfigError: the representation returns codes of the wrong shape, type or range, or encodes digits that the base
+            has no room for.
     """
-    codes, shape = point.representation.observation(point.world, goals), (*goals.shape, cell_count(point.world))
-    _checked("representation", point.representation, "observation", codes, shape, np.int64, 0, 2**63 - 1)
+    representation, shape = point.representation, (*goals.shape, cell_count(point.world))
+    try:
+        codes = representation.observation(point.world, goals)
+    except ConfigError as error:
+        name = full_name(type(representation))
+        raise ConfigError(f"representation: {name}.observation() calls {error}") from error
+    _checked("representation", representation, "observation", codes, shape, np.int64, 0, 2**63 - 1)
     return np.ascontiguousarray(codes)
 
 

@@ -1,8 +1,9 @@
 """Compiling with Numba, and caching compiled code on disk.
 
 Numba's own cache does not detect changes of functions in other files, lets processes that compile at the same time
-overwrite each other's files, and aborts the program if its folder cannot be used. Therefore compiled code is cached in
-files named by a digest of everything that it depends on, so that it is never outdated.
+overwrite each other's files, runs whatever a corrupted file holds, and aborts the program if its folder cannot be used.
+Therefore compiled code is cached in files named by a digest of everything that it depends on, so that it is never
+outdated, and each file begins with a digest of its content.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from numba import njit
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
+_DIGEST_SIZE = hashlib.sha256().digest_size
 #: Decorator of functions that are called so rarely that they need not be inlined.
 compiled = njit(nogil=True, error_model="numpy")
 #: Decorator of functions that are inlined into the loop that calls them.
@@ -38,7 +40,7 @@ def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:
         try:
             dispatcher._cache = _Kept(function)
         except (OSError, RuntimeError) as error:
-            _warn(error)
+            _warn_of_cache(error)
     kept: Callable[..., Any] = dispatcher
     return kept
 
@@ -48,23 +50,27 @@ class _Kept(FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         target_context.refresh()
+        path = self._path(sig, target_context)
         try:
-            return self._impl.rebuild(target_context, pickle.loads(self._path(sig, target_context).read_bytes()))
+            code = unsealed(path.name, path.read_bytes())
+            return self._impl.rebuild(target_context, pickle.loads(code))
         except FileNotFoundError:
             return None
-        except Exception as error:  # of whatever type for a corrupted file
-            return _warn(error)
+        except CorruptedError:
+            return _warn(f"{path} is corrupted (checksum mismatch); its code is compiled again")
+        except Exception as error:
+            return _warn_of_cache(error)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         try:
             path = self._path(sig, data.target_context)
             path.parent.mkdir(parents=True, exist_ok=True)
-            _write(path, dumps(self._impl.reduce(data)))
+            _write(path, sealed(path.name, dumps(self._impl.reduce(data))))
             for other in path.parent.glob(f"{self._prefix}.*.nbc"):
                 if not other.name.startswith(f"{self._prefix}.{source_digest()}."):
                     other.unlink(missing_ok=True)
         except OSError as error:
-            _warn(error)
+            _warn_of_cache(error)
 
     @property
     def _prefix(self) -> str:
@@ -85,6 +91,27 @@ def source_digest() -> str:
     return found.hexdigest()[:16]
 
 
+class CorruptedError(Exception):
+    """A file is not what was written under its name."""
+
+
+def sealed(name: str, code: bytes) -> bytes:
+    """Return the content of a file: a digest of its name and of the code, and the code."""
+    return hashlib.sha256(name.encode() + code).digest() + code
+
+
+def unsealed(name: str, content: bytes) -> bytes:
+    """Return the code in the content of a file.
+
+    Raises:
+        CorruptedError: the digest does not match. One wrong bit in machine code may crash the process.
+    """
+    code = content[_DIGEST_SIZE:]
+    if sealed(name, code) != content:
+        raise CorruptedError(name)
+    return code
+
+
 def _write(path: Path, content: bytes) -> None:
     """Write a file so that it is there completely or not at all."""
     unfinished = path.with_name(f"{path.name}.{uuid4().hex}")
@@ -101,13 +128,16 @@ def _warnings_given() -> list[str]:
     return []
 
 
-def _warn(reason: Exception) -> None:
-    """Warn, once in a process, that compiled code is not cached or cannot be loaded."""
+def _warn_of_cache(reason: Exception) -> None:
+    """Warn that compiled code is not cached or cannot be loaded."""
+    _warn(
+        f"compiled code cannot be cached or loaded ({reason!r}); it is compiled again, which takes some seconds at "
+        "every start. Set the environment variable NUMBA_CACHE_DIR to a folder that can be written to."
+    )
+
+
+def _warn(message: str) -> None:
+    """Warn, once in a process."""
     if not _warnings_given():
-        _warnings_given().append(str(reason))
-        warnings.warn(
-            f"compiled code cannot be cached or loaded ({reason!r}); it is compiled again, which takes some seconds at "
-            "every start. Set the environment variable NUMBA_CACHE_DIR to a folder that can be written to.",
-            RuntimeWarning,
-            stacklevel=2,
-        )
+        _warnings_given().append(message)
+        warnings.warn(message, RuntimeWarning, stacklevel=3)

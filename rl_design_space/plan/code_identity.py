@@ -14,6 +14,7 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 from typing import Any
 
+from rl_design_space.config.own_modules import source_of
 from rl_design_space.design.identity import full_name, is_shipped
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.source_files import code, modules_beside
@@ -31,7 +32,8 @@ def code_identity(kind: type) -> str:
     `modules_beside`, without comments and blank lines.
 
     Raises:
-        ConfigError: the class has no readable source and declares no version, or the version is not allowed.
+        ConfigError: the class has no readable source and declares no version, the version is not allowed, or Python
+            has imported the class from an outdated bytecode file.
     """
     version = vars(kind).get(VERSION)
     if version is None:
@@ -81,7 +83,7 @@ class _Import:
 def _digest(name: str, imported: _Import, file: str | None) -> str:
     """Return SHA-256 over the code of a module and of the modules that belong to it, each under its name.
 
-    Files are read once per import of the module: later changes to them do not affect the code that is running.
+    The source is that which was imported: later changes of a file do not affect the code that is running.
 
     Args:
         name: of the module.
@@ -95,6 +97,6 @@ def _digest(name: str, imported: _Import, file: str | None) -> str:
         raise FileNotFoundError(file)
     total = hashlib.sha256()
     for module, path in sorted(modules_beside(name, Path(file)).items()):
-        text = code(path).encode()
+        text = code(source_of(module, path)).encode()
         total.update(f"{module} {len(text)}\n".encode() + text)
     return total.hexdigest()

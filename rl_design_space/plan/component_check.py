@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rl_design_space.design import DesignPoint
 from rl_design_space.design.identity import full_name, is_shipped
@@ -12,12 +16,17 @@ from rl_design_space.learning import checked
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.ways import missing_way
 
+#: Arrays that components return, by choice, class and method.
+_Tables = Mapping[str, NDArray[Any]]
+
 
 class ComponentCheck:
-    """Calls each user component once per combination of components and sizes that it depends on.
+    """Calls each user component for every combination of components and sizes that it depends on.
 
-    The returned arrays must have the shape, type and range of their contract. Other exceptions of a component are
-    ignored here: the point that raises them fails when it is learned, and the others go on.
+    The returned arrays must have the shape, type and range of their contract, and an equal component, built from the
+    same fields, must return equal ones: results are found by the fields of a component, so it must not draw random
+    numbers. Other exceptions of a component are ignored here: the point that raises them fails when it is learned, and
+    the others go on.
     """
 
     def __init__(self) -> None:
@@ -31,23 +40,30 @@ class ComponentCheck:
         """
         task, world = point.task, point.world
         self._run(_world, point, (world,), task.goals)
-        self._run(checked.epsilons, point, (point.exploration,), task.trials)
-        self._run(checked.rewards, point, (point.reward,))
-        self._run(checked.lengths, point, (point.msa,))
+        self._run(_schedule, point, (point.exploration,), task.trials)
+        self._run(_rewards, point, (point.reward,))
+        self._run(_lengths, point, (point.msa,))
         self._run(_codes, point, (point.representation, world), task.goals)
 
     def _run(
-        self, check: Callable[[DesignPoint], Any], point: DesignPoint, components: tuple[Any, ...], *more: int
+        self, tables: Callable[[DesignPoint], _Tables], point: DesignPoint, components: tuple[Any, ...], *more: int
     ) -> None:
         own = [type(component) for component in components if not is_shipped(type(component))]
-        if not own or not self._is_new(own, (check, *components, *more)):
+        if not own or not self._is_new(own, (tables, *components, *more)):
             return
         try:
-            check(point)
+            found = {method: table.copy() for method, table in tables(point).items()}
+            again = tables(_twin(point))
         except ConfigError:
             raise
         except Exception:
             return
+        for method, table in found.items():
+            if not np.array_equal(table, again[method]):
+                raise ConfigError(
+                    f"{method} gives other values at a second call; results are found by the fields of a component, so "
+                    "it must not draw random numbers, except from a generator that a field seeds"
+                )
 
     def _is_new(self, own: list[type], check: tuple[Any, ...]) -> bool:
         try:
@@ -59,16 +75,50 @@ class ComponentCheck:
         return not known
 
 
-def _world(point: DesignPoint) -> None:
+def _twin(point: DesignPoint) -> DesignPoint:
+    """Return an equal point whose user components were built a second time from the values of their fields."""
+    choices = {field.name: getattr(point, field.name) for field in fields(point)}
+    return replace(point, **{name: _rebuilt(value) for name, value in choices.items() if not is_shipped(type(value))})
+
+
+def _rebuilt(component: Any) -> Any:
+    """Return a component built again, or the component itself where that gives another one.
+
+    The latter is not an error here: `__post_init__` may compute a field from itself.
+    """
+    try:
+        twin = replace(component)
+        return twin if twin == component else component
+    except Exception:
+        return component
+
+
+def _world(point: DesignPoint) -> _Tables:
     next_cell, cells = checked.transitions(point), checked.places(point)
+    name = full_name(type(point.world))
     if missing := missing_way(next_cell, cells):
         width = point.world.shape[0]
         origin, goal = (f"(x={cell % width}, y={cell // width})" for cell in missing)
         raise ConfigError(
-            f"world: {full_name(type(point.world))}.next_cell() leaves no way from {origin} to {goal}, so a goal there "
+            f"world: {name}.next_cell() leaves no way from {origin} to {goal}, so a goal there "
             "could not be reached; leave such cells out of open_cells(), or open a way"
         )
+    return {f"world: {name}.next_cell()": next_cell, f"world: {name}.open_cells()": cells}
 
 
-def _codes(point: DesignPoint) -> None:
-    checked.observation_codes(point, layouts_of(point, periods=2)[:, 1:])
+def _schedule(point: DesignPoint) -> _Tables:
+    return {f"exploration: {full_name(type(point.exploration))}.schedule()": checked.epsilons(point)}
+
+
+def _rewards(point: DesignPoint) -> _Tables:
+    return {f"reward: {full_name(type(point.reward))}.table()": checked.rewards(point)}
+
+
+def _lengths(point: DesignPoint) -> _Tables:
+    return {f"msa: {full_name(type(point.msa))}.action_lengths()": checked.lengths(point)}
+
+
+def _codes(point: DesignPoint) -> _Tables:
+    codes = checked.observation_codes(point, layouts_of(point, periods=2)[:, 1:])
+    names = f"{full_name(type(point.representation))}.observation() in {full_name(type(point.world))}"
+    return {f"representation: {names}": codes}

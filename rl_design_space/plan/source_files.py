@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from importlib.util import resolve_name
 from pathlib import Path
 
+from rl_design_space.config.own_modules import source_of
+
 _PACKAGE = "rl_design_space"
 
 
@@ -22,6 +24,9 @@ def modules_beside(name: str, file: Path) -> dict[str, Path]:
 
     Returns:
         Files by the name of their module.
+
+    Raises:
+        ConfigError: Python has imported one of them from an outdated bytecode file.
     """
     folder = file.parents[name.count(".") + (file.name == "__init__.py")]
     only = name.partition(".")[0] if _is_installed(folder) else None
@@ -33,7 +38,7 @@ def modules_beside(name: str, file: Path) -> dict[str, Path]:
             continue
         found[module] = path
         package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-        for imported in _imported(path, package):
+        for imported in _imported(source_of(module, path), package):
             top = imported.partition(".")[0]
             source = _file_of(imported, folder)
             if source and top != _PACKAGE and only in (None, top):
@@ -41,9 +46,8 @@ def modules_beside(name: str, file: Path) -> dict[str, Path]:
     return found
 
 
-def code(file: Path) -> str:
-    """Return the source in a file without comments and blank lines; string literals are left unchanged."""
-    source = _read(file)
+def code(source: str) -> str:
+    """Return a source without comments and blank lines; string literals are left unchanged."""
     lines: list[str | None] = [*source.split("\n")]
     try:
         tokens = list(tokenize.generate_tokens(io.StringIO(source).readline))
@@ -58,15 +62,10 @@ def code(file: Path) -> str:
     return "\n".join(line for line in lines if line is not None).rstrip("\n")
 
 
-def _read(file: Path) -> str:
-    with tokenize.open(file) as opened:
-        return opened.read()
-
-
-def _imported(file: Path, package: str) -> Iterator[str]:
-    """Yield names that a file imports; some may be names of attributes of a module."""
+def _imported(source: str, package: str) -> Iterator[str]:
+    """Yield names that a source imports; some may be names of attributes of a module."""
     try:
-        tree = ast.parse(_read(file))
+        tree = ast.parse(source)
     except SyntaxError:
         return
     for node in ast.walk(tree):

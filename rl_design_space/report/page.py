@@ -6,8 +6,11 @@ import base64
 import csv
 import re
 from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass as plain_dataclass
 from datetime import UTC, datetime
+from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,7 +21,9 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space._version import __version__
+from rl_design_space.config import user_config
 from rl_design_space.config.compose import shipped_config
+from rl_design_space.learning.cores import available_threads
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study
 
@@ -26,6 +31,8 @@ if TYPE_CHECKING:
     from rl_design_space.tracking.read import Reader
 
 _TEMPLATE = "page.html.jinja"
+#: From so many reports on, several processes write them: each takes seconds to start.
+_MANY = 4
 
 
 @plain_dataclass(frozen=True)
@@ -70,8 +77,7 @@ class Page:
         with shipped_config():
             planner = Planner()
             parts = [load_study(name, study.overrides, planner) for name in self.sections]
-        for part in parts:
-            written = part.report().write(part, reader, folder)
+        for part, written in zip(parts, _write_all(parts, reader, folder), strict=True):
             paths += written
             (text,) = (path for path in written if path.suffix == ".md")
             runs = reader.link(self.ui, part.name) if part.plan else ""
@@ -104,6 +110,24 @@ class Page:
             version=__version__,
             written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         )
+
+
+def _write_all(parts: Sequence[Study], reader: Reader, folder: Path) -> list[list[Path]]:
+    """Write the reports of studies into a folder, in several processes if they are many; return the files of each."""
+    workers = min(available_threads(), len(parts))
+    if workers == 1 or len(parts) < _MANY:
+        return [_write(part, reader, folder) for part in parts]
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        # Those with the most points first, so that none of them is left at the end.
+        order = sorted(range(len(parts)), key=lambda index: -len(parts[index].plan))
+        writing = {index: pool.submit(_write, parts[index], reader, folder) for index in order}
+        return [writing[index].result() for index in range(len(parts))]
+
+
+def _write(part: Study, reader: Reader, folder: Path) -> list[Path]:
+    user_config.use()  # the folder that the process which started this one uses
+    paths: list[Path] = part.report().write(part, reader, folder)
+    return paths
 
 
 def _section(name: str, text: Path, runs: str) -> Section:

@@ -122,5 +122,6 @@ def save(figure: Figure, stem: Path, mark: str = "") -> list[Path]:
     paths = [stem.with_name(f"{stem.name}{suffix}") for suffix in (".png", ".svg")]
     for path, metadata in zip(paths, ({}, {"Date": None}), strict=True):
         figure.savefig(path, dpi=_DOTS_PER_INCH, metadata=metadata)
+        figure.set_layout_engine("none")  # the places of all parts are known now; to find them takes as long as to draw
     plt.close(figure)
     return paths

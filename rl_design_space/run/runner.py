@@ -39,6 +39,10 @@ class SweepMonitor(Protocol):
         """
         ...
 
+    def waiting(self, points: int) -> None:
+        """Handle that other processes hold the locks of the points that are left: so many, or 0 when none is left."""
+        ...
+
     def delivering(self, pending: int, problem: str) -> None:
         """Handle progress of the delivery, after all points were learned.
 
@@ -170,6 +174,7 @@ class _Sweep:
                     self._monitor.point_started(planned)
                     yield planned
             left = busy
+            self._monitor.waiting(len(left))
             if left:
                 yield None
 

@@ -99,6 +99,11 @@ class DatabaseQueries:
             for run_id, (key, uri) in found.items()
         }
 
+    def newest_sweep(self, study: str) -> StoredRun | None:
+        """Return the summary run of the last sweep of a study, if there is one."""
+        with self._reading() as rows:
+            return next((StoredRun(run_id, artifacts=uri) for run_id, uri in rows.sweeps(study)), None)
+
     def running(self) -> list[RunningRun]:
         """Return the RUNNING runs of points and sweeps."""
         with self._reading() as rows:
@@ -193,6 +198,16 @@ class _Rows:
             where r.status = 'RUNNING' and r.lifecycle_stage = 'active' and e.name in (:experiment, :sweeps)
         """
         return self._select(query, sweeps=self._address.sweeps)
+
+    def sweeps(self, study: str) -> Iterable[tuple[str, str]]:
+        """Return (run id, URI of the artifacts) of the summary runs of the sweeps of a study, the last one first."""
+        query = """
+            select r.run_uuid, r.artifact_uri from runs r join tags t on t.run_uuid = r.run_uuid
+            join experiments e on e.experiment_id = r.experiment_id
+            where r.lifecycle_stage = 'active' and e.name = :sweeps and t.key = :tag and t.value = 'true'
+            order by r.start_time desc
+        """
+        return self._select(query, sweeps=self._address.sweeps, tag=f"{STUDY_TAG}{study}")
 
     def counts(self) -> dict[tuple[str, str], int]:
         """Return numbers of runs by lifecycle stage (active, deleted) and status."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import os
+import pwd
+import stat
 from functools import cache
 from pathlib import Path
 from tempfile import gettempdir
@@ -28,12 +30,15 @@ class PointLocks:
 
     Args:
         path: the file; it and its folder are created if missing.
+
+    Raises:
+        ConfigError: there is something else than a file that this user may write, such as a link.
     """
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._path = path
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        self._file = _opened(path)
         self._held: set[str] = set()
         self._journal_offset = 0
         self._recorded: set[str] = set()
@@ -97,13 +102,16 @@ def locks_path(uri: str, shared: Path | None = None) -> Path:
         shared: folder for the locks of stores that are no SQLite files; the system's folder of temporary files if None.
 
     Returns:
-        A file beside a SQLite database; for any other store, one where all processes of the user on this machine find
-        it.
+        A file beside a SQLite database; for any other store, one in a folder where all processes of the user on this
+        machine find it, and which no other user can enter.
+
+    Raises:
+        ConfigError: that folder is not this user's, or cannot be created.
     """
     if database := sqlite_path(uri):
         return database.with_name(f"{database.name}.claims")
     store = hashlib.sha256(uri.encode()).hexdigest()[:16]
-    return (shared or Path(gettempdir())) / f"rl-design-space-{os.getuid()}" / f"{store}.claims"
+    return _private(shared or Path(gettempdir())) / f"{store}.claims"
 
 
 @cache
@@ -115,3 +123,43 @@ def locks_at(path: Path) -> PointLocks:
 def lock_number(name: str) -> int:
     """Return the number of a lock, its offset in the file: 62 bits, so that two names collide once in 10^18."""
     return int.from_bytes(hashlib.sha256(name.encode()).digest()[:8]) >> 2
+
+
+def _private(parent: Path) -> Path:
+    """Return this user's own folder in a folder that all users may write to; create it if missing."""
+    folder = parent / f"rl-design-space-{os.getuid()}"
+    remedy = "locks of a tracking server are kept there; remove it, or set TMPDIR to a folder of your own"
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.lstat()
+    except OSError as error:
+        raise ConfigError(f"{folder}: cannot be used as a folder ({error.strerror}); {remedy}") from error
+    if not stat.S_ISDIR(found.st_mode):
+        raise ConfigError(f"{folder}: is a link, which is not followed; {remedy}")
+    if found.st_uid != os.getuid():
+        raise ConfigError(f"{folder}: belongs to {_user(found.st_uid)}; {remedy}")
+    if found.st_mode & 0o077:  # created by version 0.1.0
+        folder.chmod(0o700)
+    return folder
+
+
+def _opened(path: Path) -> int:
+    """Open a file of locks; it must not be a link, which another user may have put there."""
+    try:
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    except OSError as error:
+        if path.is_symlink():
+            raise ConfigError(f"{path}: is a link, which is not followed; remove it") from error
+        owner = f", it belongs to {_user(path.stat().st_uid)}" if path.exists() else ""
+        raise ConfigError(f"{path}: cannot be opened for locking ({error.strerror}{owner})") from error
+    if not stat.S_ISREG(os.fstat(file).st_mode):
+        os.close(file)
+        raise ConfigError(f"{path}: is not a regular file; remove it")
+    return file
+
+
+def _user(number: int) -> str:
+    try:
+        return f"the user {pwd.getpwuid(number).pw_name}"
+    except KeyError:
+        return f"user {number}"

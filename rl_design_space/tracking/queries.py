@@ -53,6 +53,10 @@ class Queries(Protocol):
         """Return the complete runs among these points, by fingerprint."""
         ...
 
+    def newest_sweep(self, study: str) -> StoredRun | None:
+        """Return the summary run of the last sweep of a study, if there is one."""
+        ...
+
     def running(self) -> list[RunningRun]:
         """Return the RUNNING runs of points and sweeps."""
         ...

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import selection
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
+from rl_design_space.tracking.artifacts import is_local, write_artifacts
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
 from rl_design_space.tracking.queries import queries_of
@@ -88,6 +89,9 @@ class RunReader:
         self._address = address
         self._queries = queries_of(address)
         self._experiment = self._queries.experiment
+
+    def __reduce__(self) -> tuple[type[RunReader], tuple[StoreAddress]]:
+        return RunReader, (self._address,)
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
@@ -190,14 +194,14 @@ class RunReader:
 
     def attach(self, study: str, paths: Sequence[Path]) -> None:
         """Add files to the summary run of the last sweep of a study, if there is one."""
-        sweeps = self._client.get_experiment_by_name(self._address.sweeps)
-        if sweeps is None:
+        sweep = self._queries.newest_sweep(study)
+        if sweep is None:
             return
-        wanted = f"tags.`{STUDY_TAG}{study}` = 'true'"
-        newest = ["attributes.start_time DESC"]
-        for run in self._client.search_runs([sweeps.experiment_id], wanted, max_results=1, order_by=newest):
-            for path in paths:
-                self._client.log_artifact(run.info.run_id, str(path), "report")
+        if is_local(sweep.artifacts):
+            write_artifacts(f"{sweep.artifacts}/report", {path.name: path.read_bytes() for path in paths})
+            return
+        for path in paths:
+            self._client.log_artifact(sweep.run_id, str(path), "report")
 
     def _artifact(self, run: StoredRun, name: str, read: Callable[[str, Path], Read]) -> Read:
         place = urlsplit(run.artifacts)

@@ -20,7 +20,7 @@ from rl_design_space.tracking.store_errors import (
     is_transient,
     missing_experiment,
 )
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, studies_of
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, STUDY_TAG, studies_of
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
@@ -90,6 +90,15 @@ class ServerQueries:
             found = [_stored(run) for wanted in filters for run in search_all(self._client(), experiment, wanted)]
         wanted_points = set(fingerprints)
         return {fingerprint: run for fingerprint, run in found if fingerprint in wanted_points}
+
+    def newest_sweep(self, study: str) -> StoredRun | None:
+        """Return the summary run of the last sweep of a study, if there is one."""
+        wanted, newest = f"tags.`{STUDY_TAG}{study}` = 'true'", ["attributes.start_time DESC"]
+        with _translated_errors(self._address):
+            sweeps = self._client().get_experiment_by_name(self._address.sweeps)
+            ids = [sweeps.experiment_id] if sweeps else []
+            found = self._client().search_runs(ids, wanted, max_results=1, order_by=newest) if ids else []
+            return next((StoredRun(run.info.run_id, artifacts=run.info.artifact_uri) for run in found), None)
 
     def running(self) -> list[RunningRun]:
         """Return the RUNNING runs of points and sweeps."""

@@ -109,8 +109,10 @@ def test_a_failure_is_shown_at_once_with_its_command():
 @pytest.mark.parametrize(
     ("pending", "problem", "line"),
     [
-        (2, "", "delivering 2 records to the store"),
-        (1, "the disk is full", "delivering 1 record to the store: the disk is full"),
+        (4, "", "recording: 4 results to go, 30.0 results/min, 8.0 s left"),
+        (1, "the disk is full", "recording: 1 result to go, 48.0 results/min, 1.2 s left: the disk is full"),
+        (9, "", "recording: 9 results to go"),
+        (12, "", "recording: 12 results to go"),
     ],
 )
 def test_the_delivery_is_shown_every_few_seconds(pending: int, problem: str, line: str):
@@ -121,6 +123,19 @@ def test_the_delivery_is_shown_every_few_seconds(pending: int, problem: str, lin
         screen.display.delivering(pending, problem)
         screen.display.delivering(pending, problem)
     assert screen.lines[1:] == [line]
+
+
+def test_points_of_other_processes_are_announced_once():
+    screen = Screen()
+    with screen.display:
+        screen.display.waiting(3)
+        screen.now += 10
+        for points in (2, 2, 0, 1):
+            screen.display.waiting(points)
+            screen.now += 3
+    assert screen.lines[1:] == [
+        f"waiting for {points} that other processes have locked" for points in ("2 points", "1 point")
+    ]
 
 
 def test_a_terminal_shows_a_bar_and_the_running_points():

@@ -210,8 +210,13 @@ def test_an_invalid_option_file_is_explained(name: str, folder: Path):
         ("\n1 / 0\n", r"own_way\.Way: cannot be imported: ZeroDivisionError: division by zero \(.*own_way\.py:2\)"),
         ("import no_such_library\n", r"cannot be imported: No module named 'no_such_library' \(.*own_way\.py:1\)"),
         (MODULE.replace("observation", "observe"), r"representation=Way\(.*Representation"),
+        (
+            MODULE
+            + "    def __post_init__(self):\n        object.__setattr__(self, 'width', np.random.randint(10**9))\n",
+            r"representation: own_way\.Way\.width is \d+ when it is built, and \d+ when it is built again",
+        ),
     ],
-    ids=["syntax", "exception", "library", "protocol"],
+    ids=["syntax", "exception", "library", "protocol", "random"],
 )
 def test_an_invalid_module_is_explained(module: str, message: str, folder: Path):
     write(folder.parent / "own_way.py", module)

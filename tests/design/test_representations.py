@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rl_design_space.design import AdHoc, Direct, Direction, Distance, Torus, Walled, cell_count, encode
+from rl_design_space.errors import ConfigError
 
 HERE, RIGHT, LEFT, ABOVE, BELOW = range(5)
 WORLD = Torus(size=10)
@@ -161,3 +162,32 @@ def test_encode_has_one_digit_per_goal():
     digits = np.array([[1, 2], [3, 0]])
     assert encode(digits, 4).tolist() == [[1 + 12, 2], [16 + 1 + 12, 16 + 2]]
     assert encode(digits, 4, "remaining").tolist() == [[1 + 12, 2], [16 + 12, 16]]
+
+
+@pytest.mark.parametrize(
+    ("digits", "base", "message"),
+    [
+        ([[0, 3]], 3, r"encode\(digits, base=3\): digits should be from 0 to 2, but are from 0 to 3; different obser"),
+        ([[-1, 2]], 3, "digits should be from 0 to 2, but are from -1 to 2"),
+        ([[0.0, 1.0]], 3, "should be whole numbers, not float64 and int"),
+        ([[0, 1]], 3.0, "should be whole numbers, not int64 and float"),
+    ],
+    ids=str,
+)
+def test_encode_refuses_what_would_share_a_code(digits: list, base: int, message: str):
+    with pytest.raises(ConfigError, match=message):
+        encode(np.array(digits), base)
+
+
+@pytest.mark.parametrize("dtype", [np.int8, np.uint8, np.int32, np.uint16, np.int64])
+def test_encode_takes_digits_of_any_size(dtype: type):
+    last = np.iinfo(dtype).max if np.dtype(dtype).itemsize == 1 else 300
+    digits = np.array([[0, last], [last, 1]], dtype=dtype)
+    assert encode(digits, int(last) + 1).dtype == np.int64
+    with pytest.raises(ConfigError):
+        encode(digits, int(last))
+
+
+def test_a_base_of_numpy_does_not_overflow():
+    with pytest.raises(ValueError, match="more than 64 bits"):
+        encode(np.zeros((4, 1), dtype=np.int64), np.int64(2**16))

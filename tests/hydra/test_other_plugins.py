@@ -53,7 +53,8 @@ COMMANDS = {
         "hydra.launcher.n_jobs=1",
     ),
     "total_steps": TUNING,
-    "final_steps_over_optimum": (*TUNING, "objective=final_steps_over_optimum"),
+    # In a folder of its own, which nothing else creates.
+    "final_steps_over_optimum": (*TUNING, "objective=final_steps_over_optimum", "hydra.sweep.dir=found"),
     "unknown objective": (*TUNING, "objective=final_step"),
     "away": (*TUNING, "tracking=server", "tracking.uri=http://127.0.0.1:9", "tracking.patience=1"),
     "failing": (*FAILING, "world.size=4,5,6"),
@@ -152,7 +153,10 @@ def test_optuna_finds_the_best_value_of_the_objective(objective: str, done: Call
     assert done(objective).completed.returncode == 0
     assert len(runs) == 4
     best = min(runs, key=lambda run: run.metrics[objective, 0])
-    result = yaml.safe_load((done(objective).outputs / "optimization_results.yaml").read_text(encoding="utf-8"))
+    folder = done(objective).outputs
+    if objective != "total_steps":
+        folder = folder.parent / "found"
+    result = yaml.safe_load((folder / "optimization_results.yaml").read_text(encoding="utf-8"))
     assert result["best_value"] == best.metrics[objective, 0]
     assert str(result["best_params"]["exploration.k"]) == best.params["exploration.k"]
 

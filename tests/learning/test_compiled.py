@@ -10,7 +10,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from rl_design_space.learning.compiled import CorruptedError, sealed, unsealed
 from tests.command_runner import Completed, finished
 
 PACKAGE = Path(__file__).parents[2] / "rl_design_space"
@@ -169,11 +172,27 @@ def test_without_any_folder_one_warning_is_given(
 
 def test_a_corrupted_file_gives_a_warning_and_is_replaced(run: Run, cache: Path):
     (file,) = files_in(cache)
-    file.write_bytes(file.read_bytes()[:100])
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 1  # in the machine code, which may crash the process
+    file.write_bytes(content)
     finished = run()
     assert finished.stdout == COMPILED
-    assert finished.stderr.count("RuntimeWarning") == 1
-    assert run().stdout == LOADED
+    assert f"RuntimeWarning: {file} is corrupted (checksum mismatch); its code is compiled again" in finished.stderr
+    again = run()
+    assert (again.stdout, again.stderr) == (LOADED, "")
+
+
+@given(st.binary(max_size=64), st.data())
+def test_any_damage_is_detected(code: bytes, data: st.DataObject):
+    content = sealed("name", code)
+    assert unsealed("name", content) == code
+    flipped = bytearray(content)
+    flipped[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    for damaged in (bytes(flipped), content[: data.draw(st.integers(0, len(content) - 1))], content + b"\0"):
+        with pytest.raises(CorruptedError):
+            unsealed("name", damaged)
+    with pytest.raises(CorruptedError):
+        unsealed("other", content)
 
 
 def test_processes_that_compile_at_once_do_not_disturb_each_other(root: Path, tmp_path: Path):

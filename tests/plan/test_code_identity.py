@@ -185,7 +185,7 @@ def test_modules_of_this_package_are_ignored_in_a_checkout():
 def test_a_file_that_is_not_python_counts_unchanged(tmp_path: Path):
     file = tmp_path / "broken.py"
     file.write_text("x = (  # open\n", encoding="utf-8")
-    assert code(file) == "x = (  # open\n"
+    assert code(file.read_text(encoding="utf-8")) == "x = (  # open\n"
     assert modules_beside("broken", file) == {"broken": file}
 
 

@@ -7,7 +7,18 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from rl_design_space.design import AdHoc, Constant, DesignPoint, GoalReward, MultiStepActions, Task, Torus, Walled
+from rl_design_space.design import (
+    AdHoc,
+    Constant,
+    DesignPoint,
+    Direction,
+    GoalReward,
+    MultiStepActions,
+    Task,
+    Torus,
+    Walled,
+    encode,
+)
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.plan.component_check import ComponentCheck
@@ -78,6 +89,10 @@ MISFITS = {
         point(msa=misfit(MultiStepActions(lengths=(2,)), action_lengths=lambda self: np.array([2, 1], dtype=np.int32))),
         "begin with 1",
     ),
+    "digits that the base has no room for": (
+        point(representation=misfit(AdHoc(), observation=lambda self, *_: encode(np.full((2, 2, 16), 3), base=3))),
+        r"representation: .*observation\(\) calls encode\(digits, base=3\): digits should be from 0 to 2, but",
+    ),
     "more lengths than it says": (
         point(msa=misfit(MultiStepActions(), action_lengths=lambda self: np.array([1, 2], dtype=np.int32))),
         r"msa: .*shape \(1,\), not int32 of shape \(2,\)",
@@ -111,6 +126,84 @@ class Listed(Constant):
     levels: list[float] = field(default_factory=list)
 
 
+DRAWN = np.random.default_rng(0)
+
+
+@dataclass(frozen=True)
+class Lucky:
+    """Rewards that are drawn when it is built."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "drawn", DRAWN.random(3))
+
+    def table(self) -> np.ndarray:
+        return self.drawn
+
+
+@dataclass(frozen=True)
+class Grown:
+    """Rewards that grow when it is built again from its own field, which is no draw."""
+
+    goal: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "goal", self.goal + 1)
+
+    def table(self) -> np.ndarray:
+        return np.array([-self.goal, self.goal, self.goal])
+
+
+AGAIN = "gives other values at a second call; results are found by the fields of a component, so it must not draw"
+#: What draws random numbers, and the beginning of the message.
+DRAWING = {
+    "a representation": (
+        codes(lambda found: found + DRAWN.integers(99)),
+        r"representation: .*Misfit\.observation\(\) in Walled",
+    ),
+    "a world": (
+        point(world=misfit(Walled(size=4), next_cell=lambda self: np.roll(MOVES, DRAWN.integers(1, 4), axis=0))),
+        r"world: .*Misfit\.next_cell\(\)",
+    ),
+    "obstacles": (
+        point(world=misfit(Walled(size=4), open_cells=lambda self: np.sort(DRAWN.permutation(HERE)[:8]))),
+        r"world: .*\.open_cells\(\)",
+    ),
+    "offsets": (
+        point(
+            world=misfit(
+                Walled(size=4), offset=lambda self, goals: 2 * (DRAWN.integers(2, size=(*goals.shape, 16), dtype="i4"),)
+            ),
+            representation=Direction(),
+        ),
+        r"representation: Direction\.observation\(\) in .*Misfit",
+    ),
+    "a schedule": (
+        point(exploration=misfit(Constant(), schedule=lambda self, trials: DRAWN.random(trials))),
+        r"exploration: .*\.schedule\(\)",
+    ),
+    "rewards": (point(reward=misfit(GoalReward(), table=lambda self: DRAWN.random(3))), r"reward: .*\.table\(\)"),
+    "an instance": (
+        point(reward=Lucky()),
+        r"reward: .*\.table\(\)",
+    ),
+    "a counter": (
+        point(reward=misfit(GoalReward(), seen=np.zeros(3), table=lambda self: np.add(self.seen, 1, out=self.seen))),
+        r"reward: .*\.table\(\)",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DRAWING)
+def test_a_component_that_draws_random_numbers_is_refused(name: str):
+    given, message = DRAWING[name]
+    with pytest.raises(ConfigError, match=f"{message} {AGAIN}"):
+        ComponentCheck()(given)
+
+
+def test_a_component_may_compute_a_field_from_itself():
+    ComponentCheck()(point(reward=Grown()))
+
+
 def test_an_unhashable_component_is_refused():
     with pytest.raises(
         ConfigError, match=r"test_component_check\.Listed: should be a frozen dataclass of hashable values"
@@ -130,7 +223,7 @@ def test_each_combination_of_user_components_is_checked_once():
     for seed in range(3):
         check(point(exploration=own, seed=seed))
     check(DesignPoint(task=Task(trials=7), exploration=own))
-    assert calls == [10, 7]
+    assert calls == [10, 10, 7, 7]  # twice, to see that it draws no random numbers
 
 
 def test_built_in_components_are_not_checked(monkeypatch: pytest.MonkeyPatch):

@@ -220,6 +220,8 @@ def test_a_point_that_another_process_releases_is_learned(study):
     plan = study(4, 5, 6)
     outcome, monitor = swept(plan, MemoryTracker(busy={plan[2].fingerprint: 3}))
     assert outcome.counts == counts(done=3)
+    assert set(monitor.waited[:-1]) == {1}
+    assert monitor.waited[-1] == 0
     # It comes last, although it is the longest.
     assert monitor.started_points[-1] == name_of(6)
 

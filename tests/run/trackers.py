@@ -97,6 +97,7 @@ class MemoryMonitor:
 
     started_points: list[str] = field(default_factory=list)
     results: dict[str, LearningCurves | StoredRun | Exception] = field(default_factory=dict)
+    waited: list[int] = field(default_factory=list)
 
     def point_started(self, planned: PlannedPoint) -> None:
         self.started_points.append(planned.name)
@@ -107,6 +108,9 @@ class MemoryMonitor:
     def point_ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         assert planned.name not in self.results, "ended twice"
         self.results[planned.name] = result
+
+    def waiting(self, points: int) -> None:
+        self.waited.append(points)
 
     def delivering(self, pending: int, problem: str) -> None:
         pass

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import signal
 import subprocess
 import sys
@@ -147,3 +148,51 @@ def test_locks_of_a_server_are_where_all_processes_of_the_user_find_them(tmp_pat
     assert one == same != other
     assert one.is_relative_to(tmp_path)
     assert locks_path(f"sqlite:///{tmp_path}/x.db") == tmp_path / "x.db.claims"
+    assert one.parent.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_for_locks_of_an_earlier_version_is_closed_to_others(tmp_path: Path):
+    earlier = tmp_path / f"rl-design-space-{os.getuid()}"
+    earlier.mkdir(mode=0o755)
+    assert locks_path("http://a:5000", tmp_path).parent == earlier
+    assert earlier.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_for_locks_that_is_another_users_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    locks_path("http://a:5000", tmp_path)
+    us = os.getuid()
+    (tmp_path / f"rl-design-space-{us + 1}").mkdir()
+    monkeypatch.setattr("os.getuid", lambda: us + 1)
+    with pytest.raises(ConfigError, match=r"rl-design-space-\d+: belongs to .*; locks of a tracking server are"):
+        locks_path("http://a:5000", tmp_path)
+
+
+@pytest.mark.parametrize("obstacle", ["link", "dangling link", "file"])
+def test_nothing_but_a_folder_is_used_for_locks(obstacle: str, tmp_path: Path):
+    folder = tmp_path / f"rl-design-space-{os.getuid()}"
+    if obstacle == "file":
+        folder.write_text("")
+    else:
+        folder.symlink_to(tmp_path / "nowhere" if "dangling" in obstacle else tmp_path)
+    with pytest.raises(ConfigError, match=r"TMPDIR"):
+        locks_path("http://a:5000", tmp_path)
+
+
+def test_a_link_is_not_followed(path: Path):
+    path.parent.mkdir()
+    (path.parent / "precious").write_text("mine")
+    path.symlink_to("precious")
+    with pytest.raises(ConfigError, match=r"store\.claims: is a link, which is not followed; remove it"):
+        PointLocks(path)
+    assert (path.parent / "precious").read_text() == "mine"
+
+
+def test_something_else_than_a_file_is_refused(path: Path):
+    path.parent.mkdir()
+    os.mkfifo(path)
+    with pytest.raises(ConfigError, match=r"store\.claims: is not a regular file"):
+        PointLocks(path)
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(ConfigError, match=r"store\.claims: cannot be opened for locking \(Is a directory, it bel"):
+        PointLocks(path)

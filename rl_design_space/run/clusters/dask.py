@@ -16,8 +16,13 @@ from rl_design_space.run.clusters.cluster_executor import CONNECT_TIMEOUT, Clust
 from rl_design_space.run.clusters.worker import learn_chunk
 
 #: Config of a local cluster: when a worker dies, its chunk fails at once, and no other chunk is queued at that worker,
-#: which would fail with it.
-_CONFIG = {"distributed.scheduler.allowed-failures": 0, "distributed.scheduler.worker-saturation": 1.0}
+#: which would fail with it. Nothing is served over HTTP, where anyone could read it.
+_CONFIG = {
+    "distributed.scheduler.allowed-failures": 0,
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
+}
 #: Loggers that set their own levels; errors are reported with the result that they concern.
 _LOGGERS = ("distributed", "distributed.client", "distributed.gc")
 #: Seconds to wait for a worker to end.
@@ -80,6 +85,7 @@ class _DaskCluster:
 
 
 def _local_cluster(distributed: Any, workers: int, stack: ExitStack) -> Any:
+    """Start a cluster on this machine to which no other user of the machine can connect."""
     from dask import config
 
     folder = stack.enter_context(TemporaryDirectory(prefix="dask-", ignore_cleanup_errors=True))
@@ -92,6 +98,8 @@ def _local_cluster(distributed: Any, workers: int, stack: ExitStack) -> Any:
             # Dask opens a dashboard port even so; port 0 chooses a free one.
             scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             silence_logs=logging.CRITICAL,
+            # A connection can run code. Only processes of this cluster have its certificate, which is kept in memory.
+            security=distributed.Security.temporary(),
             memory_limit=0,
         )
     stack.callback(cluster.close)

@@ -30,6 +30,8 @@ _REMOTE = {"RAY_NUM_REDIS_GET_RETRIES": "1"}
 _LOCAL = {"RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0", "RAY_AUTH_MODE": "token"}
 #: Ray's folder holds its sockets, whose paths have to be short.
 _SHORT = Path("/tmp")
+#: The name of that folder, inside one that only this user can enter: Ray opens its own one to everybody.
+_INNER = "r"
 
 
 class RayExecutor(ClusterExecutor):
@@ -105,4 +107,4 @@ class _RayCluster:
 def _local_options(workers: int, stack: ExitStack) -> dict[str, Any]:
     parent = _SHORT if _SHORT.is_dir() else None
     folder = stack.enter_context(TemporaryDirectory(prefix="ray-", dir=parent, ignore_cleanup_errors=True))
-    return {"num_cpus": workers, "num_gpus": 0, "include_dashboard": False, "_temp_dir": folder}
+    return {"num_cpus": workers, "num_gpus": 0, "include_dashboard": False, "_temp_dir": str(Path(folder) / _INNER)}
