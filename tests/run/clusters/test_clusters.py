@@ -5,10 +5,14 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
-from contextlib import closing
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, suppress
+from ipaddress import ip_address
 from pathlib import Path
+from socket import AF_UNIX, create_connection
 
 import numpy as np
+import psutil
 import pytest
 
 from tests.command_runner import Command, commands_in, finished, runs, started, wait_until
@@ -84,12 +88,41 @@ def results(folder: Path, outputs: str) -> dict[str, tuple[bytes, bytes]]:
     return {name: (array["steps"].tobytes(), array["success"].tobytes()) for name, array in arrays.items()}
 
 
+def open_doors(process: int) -> list[str]:
+    """Return the sockets on which a process and its children let other users of this machine in.
+
+    These are: any that other machines reach, a file in a folder that others can enter, and a port of Dask without TLS,
+    which greets before it knows who is there.
+    """
+    family = [psutil.Process(process), *psutil.Process(process).children(recursive=True)]
+    sockets = [socket for one in family for socket in one.net_connections("all")]
+    ports = {socket.laddr for socket in sockets if socket.status == psutil.CONN_LISTEN}
+    files = {Path(socket.laddr) for socket in sockets if socket.family == AF_UNIX and socket.laddr}
+    assert ports
+    reached = [f"{ip}:{port}" for ip, port in ports if not ip_address(ip.removeprefix("::ffff:")).is_loopback]
+    shared = [str(path) for path in files if path.is_absolute() and not any(map(_is_private, path.parents))]
+    with ThreadPoolExecutor(len(ports)) as pool:
+        greeting = [place for place in pool.map(_greets_as_dask, ports) if place]
+    return [*reached, *shared, *greeting]
+
+
+def _is_private(folder: Path) -> bool:
+    return folder.stat().st_mode & 0o077 == 0
+
+
+def _greets_as_dask(place: tuple[str, int]) -> str:
+    with create_connection(place, timeout=1) as connection, suppress(TimeoutError):
+        return f"port {place[1]}" if b"compression" in connection.recv(1000) else ""
+    return ""
+
+
 def test_a_cluster_gives_identical_results_even_when_workers_are_killed_and_points_fail(
     launcher: str, command: Command, here: dict[str, tuple[bytes, bytes]], folder: Path
 ):
     there = (f"hydra/launcher={launcher}", "hydra.launcher.chunk=2", "outputs=out/there")
     with started(folder, *ROUGH, *there) as process:
         wait_until((folder / "out" / "worker").exists, process)
+        assert open_doors(process.pid) == []
         os.kill(int((folder / "out" / "worker").read_text()), signal.SIGKILL)
         done = finished(process)
     assert (done.returncode, done.stderr) == (1, ""), done
