@@ -66,15 +66,10 @@ class DatabaseQueries:
         with self._reading() as rows:
             rows.check_experiment("sweeps", self._address.sweeps)
             revision = rows.revision()
-        if not revision:
-            return ""
-        from rl_design_space.tracking import database_tables
+        from rl_design_space.tracking.database_tables import REVISIONS
 
-        if revision in database_tables.REVISIONS:
+        if not revision or revision in REVISIONS:
             return ""
-        from rl_design_space.tracking.connection import connect
-
-        connect(self._address.uri)  # MLflow knows which schemas it can use
         return (
             f"{self._address.uri}: its schema {revision} is not one that this version is tested with, so results are "
             "recorded by MLflow's client, which takes longer; a later version of rl-design-space may know it"

@@ -38,7 +38,7 @@ class Queries(Protocol):
         ...
 
     def check(self) -> str:
-        """Check that results can be recorded: no experiment was deleted, MLflow can use the schema of a database.
+        """Check that results can be recorded: no experiment was deleted.
 
         Returns:
             What users should know about recording into this store; usually empty.
