@@ -14,10 +14,11 @@ from rl_design_space.commands.terminal import (
     plan_lines,
     plan_table,
 )
-from rl_design_space.plan.cost import expected_seconds
+from rl_design_space.plan.cost import estimate
 from rl_design_space.plan.plan import Plan
 from rl_design_space.run.outcome import Outcome
 from rl_design_space.run.settings import Settings
+from rl_design_space.tracking.backends import seconds_to_record
 
 
 def show_plan(plan: Plan, settings: Settings, recorded: Collection[str], changed: Mapping[str, int]) -> None:
@@ -38,8 +39,10 @@ def show_plan(plan: Plan, settings: Settings, recorded: Collection[str], changed
     if settings.shard:
         number, of = settings.shard
         console.print(f"part {number} of {of}: {counted(len(plan), 'point')}")
-    seconds = duration(expected_seconds(left, threads))
-    console.print(f"{len(recorded):,} recorded already, {len(left):,} to run: about {seconds} on {threads} cores")
+    expected = estimate(left, threads, seconds_to_record(settings.tracking))
+    parts = f"learning {duration(expected.learning / threads)}, recording {duration(expected.recording / threads)}"
+    about = f"about {duration(expected.total)} on {counted(threads, 'core')} ({parts})"
+    console.print(f"{len(recorded):,} recorded already, {len(left):,} to run: {about}", soft_wrap=True)
     for what, count in changed.items():
         again = "1 runs again, because its run has" if count == 1 else f"{count:,} run again, because their runs have"
         console.print(f"- {again} other code of {what}", markup=False, soft_wrap=True)

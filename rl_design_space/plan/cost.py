@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from rl_design_space.design import DesignPoint, cell_count
 
 #: Steps per goal until it is found and the way to it is learned: _FIRST · cells^_GROWTH. Steps per goal and trial after
 #: that: _OVER · the mean distance between two cells. Fitted to Table 4; other choices change it by a factor of about 2.
 _FIRST, _GROWTH, _OVER = 2.0, 1.47, 1.5
-#: Seconds per step (docs/performance.md), per point beside its steps, per record, and per start of the program.
-_STEP, _POINT, _RECORD, _START = 7e-9, 0.005, 0.1, 3.0
+#: Seconds per step (docs/performance.md), per point beside its steps, and per start of the program.
+_STEP, _POINT, _START = 7e-9, 0.005, 2.0
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """How long points take.
+
+    Attributes:
+        learning, recording: seconds of all threads together that learn, and that record.
+        total: seconds until all is recorded.
+    """
+
+    learning: float = 0.0
+    recording: float = 0.0
+    total: float = 0.0
 
 
 def expected_steps(point: DesignPoint) -> float:
@@ -24,15 +39,17 @@ def expected_steps(point: DesignPoint) -> float:
     return task.periods * min(period, task.trials * task.max_steps)
 
 
-def expected_seconds(points: Iterable[DesignPoint], threads: int) -> float:
+def estimate(points: Iterable[DesignPoint], threads: int, record: float) -> Estimate:
     """Return approximately how long these points take to learn and record.
 
     Args:
         points: the points.
         threads: number of threads that learn; one more thread records.
+        record: seconds to record a point.
     """
     steps = [expected_steps(point) for point in points]
     if not steps:
-        return 0.0
-    learning, recording = sum(steps) * _STEP + len(steps) * _POINT, len(steps) * _RECORD
-    return _START + max((learning + recording) / threads, recording, max(steps) * _STEP / threads)
+        return Estimate()
+    learning, recording = sum(steps) * _STEP + len(steps) * _POINT, len(steps) * record
+    longest = max((learning + recording) / threads, recording, max(steps) * _STEP / threads)
+    return Estimate(learning, recording, _START + longest)
