@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import sqlite3
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from filelock import FileLock
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.connection import connect
+from rl_design_space.tracking.mlflow_client import configure_mlflow
 from rl_design_space.tracking.store_errors import StoreUnavailableError
 from tests.command_runner import finished, next_line
 from tests.tracking.stores import import_mlflow, tracker_at
@@ -160,6 +162,15 @@ def test_a_server_that_does_not_answer_is_unavailable(monkeypatch: pytest.Monkey
     monkeypatch.setenv("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "0")
     with pytest.raises(StoreUnavailableError, match=r"http://127\.0\.0\.1:9: API request to"):
         connect("http://127.0.0.1:9")
+
+
+@pytest.mark.timeout(60)
+def test_a_server_that_accepts_and_never_answers_is_unavailable(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "0")
+    monkeypatch.delenv("MLFLOW_HTTP_REQUEST_TIMEOUT", raising=False)
+    configure_mlflow(patience=1)
+    with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(StoreUnavailableError, match="API request"):
+        connect(f"http://127.0.0.1:{silent.getsockname()[1]}")
 
 
 def test_telemetry_is_off(database: Path, monkeypatch: pytest.MonkeyPatch):
