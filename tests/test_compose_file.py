@@ -12,7 +12,6 @@ import yaml
 from tests.command_runner import SCRIPTS, environment, output_of
 from tests.servers import PROGRAMS, HttpService, Postgres, needs_postgres
 from tests.service import free_port
-from tests.test_servers import check, written
 from tests.tracking.stores import import_mlflow
 
 ROOT = Path(__file__).parent.parent
@@ -115,8 +114,8 @@ def test_the_mlflow_service_runs_as_described(postgres: Postgres, tmp_path: Path
             client.search_experiments()
         for name, text in (("USERNAME", "chief"), ("PASSWORD", SECRETS["ADMIN_PASSWORD"])):
             monkeypatch.setenv(f"MLFLOW_TRACKING_{name}", text)
-        run = written(client, "composed")
-        check(client, run)
+        run = client.create_run(client.create_experiment("composed")).info.run_id
+        client.log_text(run, "task: {}\n", "config.yaml")
         assert list((tmp_path / "artifacts").rglob(f"{run}/artifacts/config.yaml"))
         # The healthcheck, at the port of this test.
         _, _, option, script = service["healthcheck"]["test"]

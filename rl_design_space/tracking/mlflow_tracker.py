@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 from uuid import uuid4
 
 from rl_design_space.errors import ConfigError
@@ -18,6 +17,7 @@ from rl_design_space.tracking.origin import origin_tags
 from rl_design_space.tracking.queries import queries_of
 from rl_design_space.tracking.record_schema import checked
 from rl_design_space.tracking.spool import CLOSE, OPEN, STUDIES, TIDY, CorruptedRecordError, Record, Spool, point_name
+from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import StoreUnavailableError
 from rl_design_space.tracking.tags import NOTE_TAG, studies_of, study_tags
 from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding, SweepRecord
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from rl_design_space.learning.result import Kept, LearningCurves
     from rl_design_space.plan.plan import Plan, PlannedPoint
     from rl_design_space.tracking.address import StoreAddress
+
+Answer = TypeVar("Answer")
 
 
 class MlflowTracker:
@@ -77,6 +79,8 @@ class MlflowTracker:
         self._found: set[str] = set()
         #: Whether the store has answered which points it has; if not, delivery looks for each point first.
         self._store_answers = True
+        #: Until when it is not asked again, because asking takes seconds.
+        self._silent_until = 0.0
         #: Whether the store is known to accept results, as far as that can be known before there are any.
         self._is_checked = False
         self._note = ""
@@ -151,6 +155,7 @@ class MlflowTracker:
         status = self._delivery.wait(self._patience, on_progress)
         lost = {fingerprint: reason for fingerprint, reason in status.lost.items() if fingerprint in self._written}
         if not status.pending:
+            self._silent_until = 0.0
             lost |= self._removed(lost)
         return DeliveryStatus(status.pending, status.reason, lost, self._note)
 
@@ -158,17 +163,15 @@ class MlflowTracker:
         """Return the delivered points that a database does not have, with the reason."""
         if self._spool.address.is_server or not self._written - self._found:
             return {}
-        with suppress(StoreUnavailableError):
-            self._found |= self._queries.recorded(self._written)
-            reason = "its run is not in the store any more: runs were removed, or the database was replaced"
-            return dict.fromkeys(self._written - self._found - lost.keys(), reason)
-        return {}
+        self._found |= self._asked(lambda: self._queries.recorded(self._written), self._written)
+        reason = "its run is not in the store any more: runs were removed, or the database was replaced"
+        return dict.fromkeys(self._written - self._found - lost.keys(), reason)
 
     def _close_stale_runs(self) -> None:
         """Have the runs of dead processes closed, if there are any."""
-        with suppress(StoreUnavailableError):
-            if any(run.is_stale(self._spool, self._locks) for run in self._queries.running()):
-                self._submit(Record(TIDY, uuid4().hex, {}))
+        running: list[RunningRun] = []
+        if any(run.is_stale(self._spool, self._locks) for run in self._asked(self._queries.running, running)):
+            self._submit(Record(TIDY, uuid4().hex, {}))
 
     def _pending(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the points with a pending record; a corrupted record is quarantined, so that its point runs again."""
@@ -189,16 +192,23 @@ class MlflowTracker:
 
     def _check_store(self) -> None:
         if not self._is_checked:
-            with suppress(StoreUnavailableError):
-                self._note = self._queries.check()
+            self._note = self._asked(self._queries.check, "")
             self._is_checked = True
 
     def _stored(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        nothing: dict[str, StoredRun] = {}
+        return self._asked(lambda: self._queries.finished(fingerprints), nothing)
+
+    def _asked(self, query: Callable[[], Answer], otherwise: Answer) -> Answer:
+        """Return the answer of the store; `otherwise` if it does not answer, or has not within its patience."""
+        if time.monotonic() < self._silent_until:
+            return otherwise
         try:
-            return self._queries.finished(fingerprints)
+            return query()
         except StoreUnavailableError:
             self._store_answers = False
-            return {}
+            self._silent_until = time.monotonic() + self._patience
+            return otherwise
 
     def _submit(self, written: Record) -> None:
         """Write a record that is not that of a point, and deliver it."""

@@ -44,7 +44,8 @@ def as_tracking_error(uri: str, error: Exception) -> ConfigError | StoreUnavaila
         return denied
     if is_transient(error):
         return StoreUnavailableError(f"{uri}: {first_line(error)}")
-    if isinstance(error, (MemoryError, ImportError, SystemError)):  # however little memory makes itself felt
+    # However little memory makes itself felt: a shared library that cannot be mapped is an ImportError without a name.
+    if isinstance(error, (MemoryError, SystemError)) or (isinstance(error, ImportError) and not error.name):
         return ConfigError(f"MLflow cannot be loaded, perhaps for want of memory: {first_line(error)}")
     return ConfigError.at("tracking.uri", uri, f"cannot be used: {first_line(error)}")
 

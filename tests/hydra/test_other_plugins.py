@@ -113,7 +113,7 @@ def done(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Iter
         outputs = name.replace(" ", "_").replace(",", "")
         copy_database(empty_database, folder / outputs / "mlflow.db")
         words = (*COMMANDS[name], f"outputs={outputs}", "threads=1")
-        return Done(completed(folder, "rl-design-space", *words), folder / outputs)
+        return Done(completed(folder, "rl-design-space", *words, MLFLOW_HTTP_REQUEST_MAX_RETRIES="0"), folder / outputs)
 
     with ThreadPoolExecutor(2) as pool:
         futures: dict[str, Future[Done]] = {name: pool.submit(run, name) for name in COMMANDS}

@@ -81,7 +81,7 @@ def pending(folder: Path) -> int:
 def test_results_stay_pending_while_a_server_is_down(idle_mlflow_server: MlflowServer, command, tmp_path: Path):
     server = idle_mlflow_server
     store = at(server.uri, "away")
-    done = command(*TINY, SEEDS, "tracking.patience=2", *store, status=1)
+    done = command(*TINY, SEEDS, "tracking.patience=1", *store, status=1, MLFLOW_HTTP_REQUEST_MAX_RETRIES="0")
     assert "3 learned now" in done.stdout
     # Three points, and the beginning and end of the sweep.
     assert re.search(r"5 results of .* safe on disk, not yet in http.*(refused|failed)", done.stdout)
