@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.plan.planner import Planner
@@ -61,6 +62,11 @@ LONGEST = (
     "commands/test_new.py",
     "test_compose_file.py",
 )
+
+
+# Half of what is usual; properties that need more say so.
+settings.register_profile("suite", max_examples=50)
+settings.load_profile("suite")
 
 
 def pytest_configure(config: pytest.Config) -> None:

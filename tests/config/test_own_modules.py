@@ -49,7 +49,7 @@ def imported(name: str) -> ModuleType:
     return import_module(name)
 
 
-@pytest.mark.parametrize("name", ["own_one", "own_parts.inner.two"])
+@pytest.mark.parametrize("name", ["own_one", "own_package.inner.two"])
 def test_what_is_imported_is_the_source(name: str, folder: Path):
     path = folder / f"{name.replace('.', '/')}.py"
     edit(path, CHANGED)
