@@ -26,7 +26,6 @@ from rl_design_space.run.dumps import write_dumps
 from rl_design_space.run.outcome import Outcome, describe_error, summary_run
 from rl_design_space.run.runner import Missing, add_studies, missing, run_sweep
 from rl_design_space.run.settings import Settings, build_settings
-from rl_design_space.tracking.selection import changed_since
 from rl_design_space.tracking.tracker import Tracker
 
 if TYPE_CHECKING:
@@ -137,7 +136,11 @@ def _recorded(plan: Plan, settings: Settings) -> tuple[Collection[str], Mapping[
         return (), {}
     stored = reader.finished([planned.fingerprint for planned in plan])
     left = [planned for planned in plan if planned.fingerprint not in stored]
-    return stored, changed_since(left, reader.runs()) if left else {}
+    if not left:
+        return stored, {}
+    from rl_design_space.tracking.selection import changed_since  # which a sweep that runs does not need
+
+    return stored, changed_since(left, reader.runs())
 
 
 def _run(plan: Plan, found: Missing, tracker: Tracker, settings: Settings, launcher: Launcher, command: str) -> Outcome:
