@@ -31,8 +31,9 @@ from tests.command_runner import PATIENCE
 from tests.run.kills import COMMAND
 from tests.servers import postgres_cluster
 
-POINTS = 40
-SWEEP = ("-m", "task.periods=3", "task.trials=10", f"seed=range(0,{POINTS})", "threads=2")
+#: Points that are new in each sweep; those before are in the store, pending, or were being learned.
+POINTS = 20
+SWEEP = ("-m", "task.periods=3", "task.trials=10", "threads=2")
 TRACKER = "rl_design_space.tracking.process"
 #: Kills until a storm is over, and its points are counted.
 ROUND = 10
@@ -104,6 +105,7 @@ class Storm:
     def __init__(self, weather: Weather, chance: random.Random, uri: str = "") -> None:
         self._weather, self._chance = weather, chance
         self._folder = Path(mkdtemp(prefix="storm-"))
+        self._points = POINTS
         self._url = sqlalchemy.make_url(uri) if uri else None
         self.damage = Damage()
 
@@ -119,7 +121,7 @@ class Storm:
             output, _ = process.communicate(timeout=PATIENCE)
             self.damage.tracebacks += "Traceback" in output
         points, running = self._stored()
-        self.damage.lost = POINTS - len(points)
+        self.damage.lost = self._points - len(points)
         self.damage.doubled = sum(count - 1 for count in points.values())
         spools = [spool for place in self._folder.glob("out*/spool") for spool in Spool.all_under(place)]
         self.damage.stuck = running + sum(len(spool.pending()) for spool in spools)
@@ -129,13 +131,14 @@ class Storm:
 
     def _kill_one(self) -> None:
         process = self._start(self._chance.randrange(self._weather.outputs))
-        until = monotonic() + self._chance.uniform(0.3, 2.5)
+        until = monotonic() + self._chance.uniform(0.8, 4.0)
         while process.poll() is None and monotonic() < until:
             sleep(0.01)
         if process.poll() is None and self._strike(process):
             self.damage.kills += 1
             done = len(self._stored()[0])
-            self.damage.stages["none" if not done else "all" if done == POINTS else "some"] += 1
+            self.damage.stages["none" if not done else "all" if done == self._points else "some"] += 1
+            self._points += POINTS
         if self._weather.victim == "command":
             sleep(self._chance.uniform(0, 0.5))  # its tracker process notices
         output, _ = process.communicate(timeout=PATIENCE)
@@ -161,7 +164,7 @@ class Storm:
         elif self._weather.outputs > 1:
             stores = [f"tracking.uri={self._store.render_as_string()}"]
         outputs = f"outputs={self._folder}/out{number}"
-        command = [str(COMMAND), *(words or SWEEP), outputs, *stores]
+        command = [str(COMMAND), *(words or (*SWEEP, f"seed=range(0,{self._points})")), outputs, *stores]
         if self._weather.hosts:
             name = f"host-{self._chance.getrandbits(20):x}"
             command = ["unshare", "--uts", "sh", "-c", f'hostname {name}; exec "$@"', "sh", *command]
@@ -222,6 +225,7 @@ def main() -> int:
                 storms.append((kind, Storm(kind, random.Random(f"{chosen.seed} {number} {kind}"), uri)))
         pool = stack.enter_context(ThreadPoolExecutor(2))
         for (kind, _), damage in zip(storms, pool.map(lambda pair: pair[1].run(), storms), strict=True):
+            print(kind.name, damage, file=sys.stderr, flush=True)
             total = found[kind.name]
             total.stages += damage.stages
             for name in ("kills", "lost", "doubled", "stuck", "tracebacks"):
