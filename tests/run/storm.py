@@ -13,7 +13,6 @@ import signal
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -131,18 +130,23 @@ class Storm:
 
     def _kill_one(self) -> None:
         process = self._start(self._chance.randrange(self._weather.outputs))
-        until = monotonic() + self._chance.uniform(0.8, 4.0)
+        if self._weather.victim == "tracker":
+            while process.poll() is None and not _trackers(process.pid):
+                sleep(0.01)
+            until = monotonic() + self._chance.uniform(0, 0.5)
+        else:
+            until = monotonic() + self._chance.uniform(0.8, 4.0)
         while process.poll() is None and monotonic() < until:
             sleep(0.01)
         if process.poll() is None and self._strike(process):
             self.damage.kills += 1
             done = len(self._stored()[0])
             self.damage.stages["none" if not done else "all" if done == self._points else "some"] += 1
-            self._points += POINTS
         if self._weather.victim == "command":
             sleep(self._chance.uniform(0, 0.5))  # its tracker process notices
         output, _ = process.communicate(timeout=PATIENCE)
         self.damage.tracebacks += "Traceback" in output
+        self._points += POINTS
 
     def _strike(self, process: subprocess.Popen[str]) -> bool:
         if self._weather.victim == "group":
@@ -150,7 +154,7 @@ class Storm:
         elif self._weather.victim == "command":
             process.kill()
         else:
-            trackers = [child for child in _children(process.pid) if TRACKER in child.cmdline()]
+            trackers = _trackers(process.pid)
             for tracker in trackers:
                 tracker.kill()
             return bool(trackers)
@@ -197,11 +201,12 @@ _FINISHED = """
 _RUNNING = "select count(*) from runs where status = 'RUNNING'"
 
 
-def _children(process: int) -> Iterator[psutil.Process]:
+def _trackers(process: int) -> list[psutil.Process]:
+    """Return the tracker processes that a command has started."""
     try:
-        yield from psutil.Process(process).children(recursive=True)
+        return [child for child in psutil.Process(process).children(recursive=True) if TRACKER in child.cmdline()]
     except psutil.NoSuchProcess:
-        return
+        return []
 
 
 def main() -> int:
