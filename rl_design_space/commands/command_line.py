@@ -35,6 +35,7 @@ class CommandLine:
         for_hydra: the arguments that Hydra gets.
         foreign: whether it runs a sweep with another sweeper than ours.
         runs: whether it runs points; False if it shows help or a configuration.
+        only_planned: whether it would run a single point without `plan=true`.
     """
 
     typed: tuple[str, ...] = ()
@@ -42,6 +43,7 @@ class CommandLine:
     for_hydra: tuple[str, ...] = ()
     foreign: bool = False
     runs: bool = True
+    only_planned: bool = False
 
     @property
     def command(self) -> str:
@@ -91,7 +93,9 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
         texts = [override.input_line or "" for override in accepted]
         return CommandLine(tuple(arguments), overrides, (*flag_arguments, *texts), foreign=multirun)
     implied = [] if flags.multirun or flags.run else ["--multirun"]
-    return CommandLine(tuple(arguments), overrides, (*implied, *flag_arguments, *shared(accepted)))
+    only_planned = not multirun and all(text.startswith("plan=") for text in intent.sweeps)
+    for_hydra = (*implied, *flag_arguments, *shared(accepted))
+    return CommandLine(tuple(arguments), overrides, for_hydra, only_planned=only_planned)
 
 
 def _size(override: Override) -> int:

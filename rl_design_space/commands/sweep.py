@@ -63,7 +63,9 @@ def _sweep(
     plan = plan_sweep(overrides, params, config, settings)
     seconds = {"plan": perf_counter() - started}
     if settings.plan:
-        sweep_output.show_plan(plan, settings, *_recorded(plan, settings))
+        line = current_invocation().line
+        only_planned = line is not None and line.only_planned
+        sweep_output.show_plan(plan, settings, *_recorded(plan, settings), only_planned=only_planned)
         return True
     tracker = settings.tracking.open(command)
     found = missing(plan, tracker)

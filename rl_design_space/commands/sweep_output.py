@@ -21,7 +21,14 @@ from rl_design_space.run.settings import Settings
 from rl_design_space.tracking.backends import seconds_to_record
 
 
-def show_plan(plan: Plan, settings: Settings, recorded: Collection[str], changed: Mapping[str, int]) -> None:
+def show_plan(
+    plan: Plan,
+    settings: Settings,
+    recorded: Collection[str],
+    changed: Mapping[str, int],
+    *,
+    only_planned: bool = False,
+) -> None:
     """Print the axes of a plan, how its points were counted, and how long the missing points will take.
 
     Args:
@@ -29,6 +36,7 @@ def show_plan(plan: Plan, settings: Settings, recorded: Collection[str], changed
         settings: of the command.
         recorded: fingerprints of the points that have a complete run.
         changed: numbers of points that have a run of other code only, by what was changed since.
+        only_planned: whether the command would run a single point without `plan=true`.
     """
     left = [planned.point for planned in plan if planned.fingerprint not in recorded]
     threads = settings.learning_threads
@@ -46,7 +54,8 @@ def show_plan(plan: Plan, settings: Settings, recorded: Collection[str], changed
     for what, count in changed.items():
         again = "1 runs again, because its run has" if count == 1 else f"{count:,} run again, because their runs have"
         console.print(f"- {again} other code of {what}", markup=False, soft_wrap=True)
-    console.print("nothing was run; leave out plan=true to run these points", markup=False)
+    remedy = "give -m in place of plan=true" if only_planned and len(plan) > 1 else "leave out plan=true"
+    console.print(f"nothing was run; {remedy} to run these points", markup=False)
 
 
 def show_outcome(plan: Plan, outcome: Outcome, location: str, command: str) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Mapping, Sequence
 from errno import EPIPE
 
+from hydra.core.override_parser.types import Quote, QuotedString
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
@@ -24,6 +27,8 @@ class Terminal(Console):
 
 
 console = Terminal(highlight=False)
+#: Folder of the pending records unless the command line says otherwise; what needs no quotes in an override.
+_SPOOLS, _PLAIN = "outputs/spool", re.compile(r"[\w./~-]*")
 #: Half the width of a 95 % interval, in standard errors.
 _NORMAL_95 = 1.96
 #: Maximum number of values that a plan lists for each axis.
@@ -107,9 +112,13 @@ def outcome_line(plan: Plan, outcome: Outcome, location: str) -> str:
 def pending_line(delivery: DeliveryStatus, location: str) -> str:
     """Return how many records are pending, why, and the command that delivers them."""
     results = counted(delivery.pending, "result")
+    place = delivery.spools
+    if not _PLAIN.fullmatch(place):
+        place = QuotedString(place, Quote.single).with_quotes()
+    where = [f"tracking.spool={place}"] if delivery.spools not in ("", _SPOOLS) else []
     return (
         f"{results} of this and earlier commands safe on disk, not yet in {location}: {delivery.reason}\n"
-        "to deliver them once it is back: rl-design-space sync"
+        f"to deliver them once it is back: {shlex.join(['rl-design-space', 'sync', *where])}"
     )
 
 

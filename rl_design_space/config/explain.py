@@ -28,6 +28,9 @@ from rl_design_space.errors import ConfigError
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
+#: Numbers that YAML 1.1 reads in base 8, 16 or 60; on the command line they are text.
+_OTHER_NUMBER = re.compile(r"[-+]?(0\d+|0x[\da-fA-F]+|\d+(:\d+)+)")
+
 #: Options that come with another package, by what to install.
 _EXTRAS = {
     ("hydra/sweeper", "optuna"): "rl-design-space[optuna]",
@@ -145,6 +148,8 @@ def invalid(prefix: str, error: ValidationError, kind: Any) -> ConfigError:
             lines.append(f"{key}={full_name(type(detail['input']))}: {_plain(detail['msg'])}; it has no {lacking}")
         elif _needs_a_number(detail) and _is_quoted(detail["input"]):
             remedy = "write it without quotes, or ${oc.decode:${oc.env:NAME}} for an environment variable"
+            if _OTHER_NUMBER.fullmatch(detail["input"]):
+                remedy = "numbers are decimal, without leading zeros, colons and letters"
             lines.append(f'{key}="{detail["input"]}": {_plain(detail["msg"])}, not text; {remedy}')
         else:
             lines.append(str(ConfigError.at(key, detail["input"], _plain(detail["msg"]))))

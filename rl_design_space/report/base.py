@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+from urllib.parse import quote
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -98,7 +99,7 @@ class Report(ABC):
             paths.append(stem.with_name(f"{stem.name}{name}.csv"))
             frame.to_csv(paths[-1], index=False)
         paths.append(stem.with_name(f"{stem.name}.md"))
-        picture = f"![{self.shows or self.heading}]({stem.name}.png)"
+        picture = f"![{self.shows or self.heading}]({quote(stem.name)}.png)"
         parts = [f"# {self.heading}", picture, runs.made_by, *runs.remarks, *self.text(frames), *self.notes]
         paths[-1].write_text("\n\n".join(parts) + "\n", encoding="utf-8")
         return paths

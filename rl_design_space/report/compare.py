@@ -80,6 +80,8 @@ class Compare(Report):
     def frames(self, runs: Runs) -> Frames:
         """Return pair, a, b, difference (b − a), low, high (95 %, paired), periods: one row a pair, all pairs last."""
         sides = [_wanted(side) for side in (self.a, self.b)]
+        if sides[0] == sides[1]:
+            raise ConfigError(f"{self.a}, {self.b}: both sides are the same; name two that differ")
         compared = {name for side in sides for name in side}
         runs.check(compared)
         ours, theirs = (self._by_rest(runs, side, compared) for side in sides)

@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+from urllib.parse import unquote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markdown_it import MarkdownIt
@@ -140,7 +141,7 @@ def _section(name: str, text: Path, runs: str) -> Section:
     """
     heading, _, rest = text.read_text(encoding="utf-8").partition("\n")
     body: str = MarkdownIt("commonmark", {"html": False}).enable("table").render(rest)
-    body = re.sub(r'src="([^":]+\.png)"', lambda found: f'src="{_inlined(text.parent / found[1])}"', body)
+    body = re.sub(r'src="([^":]+\.png)"', lambda found: f'src="{_inlined(text.parent / unquote(found[1]))}"', body)
     return Section(name, heading.lstrip("# "), _in_boxes(body), runs)
 
 

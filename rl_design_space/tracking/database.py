@@ -61,10 +61,11 @@ class DatabaseQueries:
         with self._reading() as rows:
             return RunCounts.of(rows.counts())
 
-    def check(self) -> str:
+    def check(self, *, sweeps: bool) -> str:
         """Check that results can be recorded; return a note if they are not written directly."""
         with self._reading() as rows:
-            rows.check_experiment("sweeps", self._address.sweeps)
+            if sweeps:
+                rows.check_experiment("sweeps", self._address.sweeps)
             revision = rows.revision()
         from rl_design_space.tracking.database_tables import REVISIONS
 

@@ -66,6 +66,7 @@ class MlflowTracker:
     ) -> None:
         self.location = location
         self._patience = patience
+        self._spools = spools
         self._retry_pause = retry_pause
         self._recorded: dict[str, Any] = {"curves": curves, "every": every, "keep": keep}
         self._queries = queries_of(address)
@@ -140,7 +141,12 @@ class MlflowTracker:
             self._submit(Record(STUDIES, uuid4().hex, {"tags": new}))
 
     def open_sweep(self, plan: Plan, command: str) -> SweepRecord:
-        """Start the summary run of a sweep that a command runs."""
+        """Start the summary run of a sweep that a command runs.
+
+        Raises:
+            ConfigError: the store cannot be used.
+        """
+        self._asked(lambda: self._queries.check(sweeps=True), "")
         return _Sweep(self, plan, command)
 
     def wait_for_delivery(
@@ -157,7 +163,7 @@ class MlflowTracker:
         if not status.pending:
             self._silent_until = 0.0
             lost |= self._removed(lost)
-        return DeliveryStatus(status.pending, status.reason, lost, self._note)
+        return DeliveryStatus(status.pending, status.reason, lost, self._note, str(self._spools))
 
     def _removed(self, lost: Mapping[str, str]) -> dict[str, str]:
         """Return the delivered points that a database does not have, with the reason."""
@@ -192,7 +198,7 @@ class MlflowTracker:
 
     def _check_store(self) -> None:
         if not self._is_checked:
-            self._note = self._asked(self._queries.check, "")
+            self._note = self._asked(lambda: self._queries.check(sweeps=False), "")
             self._is_checked = True
 
     def _stored(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:

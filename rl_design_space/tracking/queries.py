@@ -37,8 +37,11 @@ class Queries(Protocol):
         """Count the runs by status."""
         ...
 
-    def check(self) -> str:
+    def check(self, *, sweeps: bool) -> str:
         """Check that results can be recorded: no experiment was deleted.
+
+        Args:
+            sweeps: whether the experiment of the sweeps is needed.
 
         Returns:
             What users should know about recording into this store; usually empty.

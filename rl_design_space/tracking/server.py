@@ -68,11 +68,12 @@ class ServerQueries:
             found = search_all(self._client(), experiment, "", ViewType.ALL) if experiment else []
             return RunCounts.of(Counter((run.info.lifecycle_stage, run.info.status) for run in found))
 
-    def check(self) -> str:
+    def check(self, *, sweeps: bool) -> str:
         """Check that results can be recorded."""
         with _translated_errors(self._address):
             self._known("experiment", self._address.experiment)
-            self._known("sweeps", self._address.sweeps)
+            if sweeps:
+                self._known("sweeps", self._address.sweeps)
         return ""
 
     def recorded(self, fingerprints: Collection[str]) -> set[str]:

@@ -114,12 +114,14 @@ class DeliveryStatus:
         reason: why they are not delivered.
         lost: why points cannot be stored, by fingerprint.
         note: what users should know about recording into this store; usually empty.
+        spools: folder of the pending records.
     """
 
     pending: int = 0
     reason: str = ""
     lost: Mapping[str, str] = field(default_factory=dict)
     note: str = ""
+    spools: str = ""
 
 
 class NullTracker:

@@ -116,3 +116,18 @@ def test_contradicting_arguments_are_refused(arguments: list[str], message: str)
 def test_the_command_is_quoted_for_a_shell():
     line = read_command_line(["study=table4", "world.size=[4, 5]"])
     assert line.command == "rl-design-space study=table4 'world.size=[4, 5]'"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "only_planned"),
+    [
+        (["plan=true", "seed=1"], True),
+        (["-m", "plan=true", "seed=1,2"], False),
+        (["hydra.mode=MULTIRUN", "plan=true"], False),
+        (["plan=true", "study=table4"], False),
+        (["plan=true", "shard=1/2"], False),
+        (["seed=1"], False),
+    ],
+)
+def test_a_plan_of_what_would_be_a_single_run_is_told_apart(arguments: list[str], only_planned: bool):
+    assert read_command_line(arguments).only_planned is only_planned

@@ -43,14 +43,14 @@ def undelivered(outputs: Path) -> MlflowTracker:
 
 
 def test_pending_records_are_delivered_once(say, outputs: Path):
-    assert say("sync") == (0, "no pending records\n")
+    assert say("sync") == (0, f"no pending records in {outputs}/spool\n")
     tracker = undelivered(outputs)
     for override in ("seed=0", "seed=1"):
         tracker.record(*learned(override))
     status, said = say("sync")
     assert status == 0
     assert re.search(r"2 records for sqlite:.* …\n2 records delivered\nno pending records", said)
-    assert say("sync") == (0, "no pending records\n")
+    assert say("sync") == (0, f"no pending records in {outputs}/spool\n")
     assert len(tracker.finished([learned(seed)[0].fingerprint for seed in ("seed=0", "seed=1")])) == 2
 
 

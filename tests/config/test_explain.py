@@ -38,6 +38,8 @@ POINTS = [
     ("task.goals='3'", ['task.goals="3"', "a valid integer, not text", "oc.decode"]),
     ("task.goals=${oc.env:NO_SUCH_VARIABLE,3}", ['task.goals="3"', "not text", "${oc.decode:${oc.env:NAME}}"]),
     ("world.size='10'", ['world.size="10"', "a whole number", "not text"]),
+    ("world.size=010", ['world.size="010"', "not text; numbers are decimal, without leading zeros"]),
+    ("task.goals=1:30", ['task.goals="1:30"', "without leading zeros, colons and letters"]),
     ("task.goals=3.0", ["task.goals=3.0", "a valid integer"]),
     ("task.goals=true", ["task.goals=true", "a valid integer"]),
     ("task.periods=null", ["task.periods=null", "a valid integer"]),

@@ -158,6 +158,10 @@ def test_a_comparison_is_paired_by_period(runs: Runs):
             Compare(a="representation=ad_hoc", b="representation=distance"),
             r"no two runs are equal in .*\(3 and 0 runs\)",
         ),
+        (
+            Compare(a="representation=direction", b="representation=direction"),
+            "representation=direction, representation=direction: both sides are the same",
+        ),
         (Compare(a="ad_hoc", b="direction"), "ad_hoc: should be values of parameters, such as representation=ad_hoc"),
     ],
 )

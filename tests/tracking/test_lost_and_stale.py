@@ -152,8 +152,16 @@ def test_a_deleted_experiment_is_reported_before_anything_is_learned(key: str, n
     client.delete_experiment(number)
     restore = f"MLFLOW_TRACKING_URI=sqlite:///{database} mlflow experiments restore --experiment-id {number}"
     message = re.escape(f"tracking.{key}={name}: was deleted in this store; use another name, or restore it with: ")
+    again = tracker_at(database)
     with pytest.raises(ConfigError, match=f"^{message}{re.escape(restore)}$"):
-        tracker_at(database).finished([])
+        again.finished([]) if key == "experiment" else again.open_sweep(plan_of(learned()[0]), COMMAND)
+
+
+def test_a_single_point_does_not_need_the_experiment_of_the_sweeps(database: Path, client):
+    tracker_at(database).open_sweep(plan_of(learned()[0]), COMMAND)
+    client.delete_experiment(client.get_experiment_by_name("sweeps").experiment_id)
+    planned, curves = learned()
+    assert record(tracker_at(database), planned, curves).run_id
 
 
 def test_points_are_delivered_while_the_experiment_of_the_sweeps_is_deleted(way: str, database: Path, client):

@@ -52,4 +52,4 @@ def main(arguments: Sequence[str]) -> None:
         left += still + len(newly_quarantined)
     if left:
         sys.exit(1)
-    console.print("no pending records")
+    console.print(f"no pending records in {options.spool}", markup=False, soft_wrap=True)
