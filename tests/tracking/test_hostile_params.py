@@ -1,4 +1,4 @@
-"""Params that somebody has written to do harm are text."""
+"""Params that were written to do harm are read as text."""
 
 from __future__ import annotations
 
