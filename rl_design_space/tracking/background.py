@@ -67,6 +67,7 @@ class BackgroundDelivery:
         self._spool = spool
         self._timeouts = timeouts
         self._log = spool.folder / "tracker.log"
+        self._is_server = spool.address.is_server
         #: Guards all that follows, and is notified when records have been delivered.
         self._changed = Condition()
         self._pending: dict[str, _Pending] = dict.fromkeys(spool.pending(), _Pending(_nothing))
@@ -166,7 +167,7 @@ class BackgroundDelivery:
         """Return the seconds without any delivery after which to give up; more while no problem is known."""
         if self._problem:
             return patience
-        if self._spool.address.is_server:
+        if self._is_server:
             return patience if self._is_open else max(patience, self._timeouts.connecting)
         return max(patience, self._timeouts.silence)
 

@@ -78,8 +78,9 @@ class DatabaseQueries:
 
     def recorded(self, fingerprints: Collection[str]) -> set[str]:
         """Return those of these points that have a complete run."""
+        few = list(fingerprints) if len(fingerprints) <= _FEW else None
         with self._reading() as rows:
-            return {fingerprint for _, fingerprint, _ in rows.finished(None)} & set(fingerprints)
+            return {fingerprint for _, fingerprint, _ in rows.finished(few)} & set(fingerprints)
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""

@@ -162,6 +162,10 @@ class DatabaseRuns:
         """Set tags of a run."""
         self._replace(TAGS, "run_uuid", run_id, tags)
 
+    def remove_tag(self, run_id: str, name: str) -> None:
+        """Remove a tag of a run, if it has it."""
+        self._connection.execute(delete(TAGS).where(TAGS.c.run_uuid == run_id, TAGS.c.key == name))
+
     def end(
         self, run_id: str, status: str, ended: int, metrics: Sequence[Metric] = (), artifacts: Mapping[str, bytes] = {}
     ) -> None:

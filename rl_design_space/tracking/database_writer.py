@@ -45,6 +45,7 @@ class DatabaseWriter:
         self._engine = engine
         self._spool = spool
         self._locks = locks
+        self._identity = spool.identity
         self._path = sqlite_path(spool.address.uri)
         self._opened = _inode(self._path)
 
@@ -59,7 +60,7 @@ class DatabaseWriter:
 
     def write(self, records: Sequence[Record]) -> None:
         """Write records in this order, all or none."""
-        runs = {record.key: _point_run(record, self._spool.identity) for record in records if record.kind == POINT}
+        runs = {record.key: _point_run(record, self._identity) for record in records if record.kind == POINT}
         with self._transaction([record.key for record in records]) as batch:
             for kind, same in groupby(records, lambda record: record.kind):
                 if kind == POINT:
@@ -166,6 +167,7 @@ class _Batch:
         content, run_id = record.content, self._sweep_run(record)
         metrics = [(name, value, step) for name, value, step in content["metrics"]]
         self._runs.set_tags(run_id, {NOTE_TAG: content["note"]})
+        self._runs.remove_tag(run_id, INCOMPLETE_TAG)  # of another process that took this sweep for dead
         self._runs.end(run_id, content["status"], content["ended"], metrics, record.files)
 
     def close_stale_runs(self) -> None:

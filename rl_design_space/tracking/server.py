@@ -69,10 +69,9 @@ class ServerQueries:
             return RunCounts.of(Counter((run.info.lifecycle_stage, run.info.status) for run in found))
 
     def check(self, *, sweeps: bool) -> str:
-        """Check that results can be recorded."""
-        with _translated_errors(self._address):
-            self._known("experiment", self._address.experiment)
-            if sweeps:
+        """Check the experiment of the sweeps, if it is needed; all other queries check the other one."""
+        if sweeps:
+            with _translated_errors(self._address):
                 self._known("sweeps", self._address.sweeps)
         return ""
 
