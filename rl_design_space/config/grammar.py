@@ -24,6 +24,8 @@ from hydra.core.override_parser.types import (
 from hydra.errors import HydraException, OverrideParseException
 from hydra.grammar.gen.OverrideLexer import CommonTokenStream, InputStream, OverrideLexer  # type: ignore[attr-defined]
 from hydra.grammar.gen.OverrideParser import OverrideParser
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
 from rl_design_space._secrets import without_secrets
 from rl_design_space.config.overrides import OPTION_GROUPS, is_override
@@ -135,8 +137,18 @@ def _names_options(value: Any) -> bool:
     """Return whether a value names an option, or several, as Hydra accepts them."""
     if isinstance(value, dict):
         return True  # the content of an option
-    names = value if isinstance(value, list) else [value]
+    names = map(_resolved, value if isinstance(value, list) else [value])
     return all(isinstance(name, str) and name not in ("", "???") for name in names)
+
+
+def _resolved(value: Any) -> Any:
+    """Return the value of an interpolation that needs no config, such as `${oc.env:WORLD,torus}`; others unchanged."""
+    if not isinstance(value, str) or "${" not in value:
+        return value
+    try:
+        return OmegaConf.create({"value": value}).value
+    except OmegaConfBaseException:
+        return value
 
 
 def _check_range(override: Override) -> None:

@@ -99,6 +99,7 @@ def test_a_study_can_be_shown_without_being_run():
         (["plan=true", "hydra/sweeper=optuna"], "plan=true needs hydra/sweeper=design, not optuna"),
         (["shard=1/2", "-m", "hydra/sweeper=basic"], "shard=1/2 needs hydra/sweeper=design, not basic"),
         (["world=10"], "world=10: name exactly one option"),
+        (["world=${oc.select:nope,1}"], "world=${oc.select:nope,1}: name exactly one option"),
         (["outputs=x", "store", "status"], "the first argument, as in `rl-design-space store status outputs=x`"),
         (["-m", "sho", "world"], "sho: not an override; did you mean `rl-design-space show`?"),
         (["seed=1", "quick"], "quick: not an override; overrides look like key=value"),
