@@ -11,7 +11,7 @@ from rl_design_space._strict import STRICT
 from rl_design_space.analysis.quality import Quality, quality
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
-from rl_design_space.report.base import Frames
+from rl_design_space.report.definitions import Found
 from rl_design_space.report.graded_table import GradedTable, Measured
 from rl_design_space.report.parameters import SEED, text
 from rl_design_space.report.points import by_design
@@ -37,15 +37,17 @@ class QualityMap(GradedTable):
     def quantities(self) -> tuple[str, ...]:
         return ("speed", "over_optimum", "exploration")
 
-    def text(self, frames: Frames) -> list[str]:
-        """Return the cells, the rules of their grades, and how they were measured."""
+    def found(self, runs: Runs) -> Mapping[str, Found]:
+        return {}
+
+    def how(self) -> list[str]:
         how = (
             "Each row is taken at its best schedule: the one with the fewest total steps on the periods of even "
             "number. Speed and quality are those of the periods of odd number. The interval of the exploration is that "
             "of choosing again in bootstrap resamples; the share of periods that never get near the optimum has a "
             "Wilson interval."
         )
-        return [*super().text(frames), how]
+        return [how]
 
     def measured(self, runs: Runs) -> Mapping[str, Mapping[str, Measured]]:
         found: dict[str, Mapping[str, Measured]] = {}

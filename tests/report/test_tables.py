@@ -18,7 +18,8 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.plan.study import Study, load_study
 from rl_design_space.report.base import MAIN
-from rl_design_space.report.graded_table import GRADES, Grading, Measured
+from rl_design_space.report.graded_table import Measured
+from rl_design_space.report.grading import GRADES, Grading
 from rl_design_space.report.property_map import PropertyMap
 from rl_design_space.report.quality_map import QualityMap, as_measured, schedule_names
 from rl_design_space.report.runs import Runs
@@ -72,10 +73,12 @@ def test_the_csv_says_what_the_cells_do():
         gradings={"speed": {"means": "-", "limits": [1.0, 5.0, 9.0]}},
         paper={"ad_hoc": {"speed": "++"}},
     )
-    frames = {MAIN: table.graded({"ad_hoc": {"speed": Measured(3.0, "3\n(2 – 4)")}})}
-    assert table.csv(frames)[MAIN].to_dict("records") == [
-        {"row": "ad_hoc", "column": "speed", "number": 3.0, "grade": "+", "paper": "++", "measured": "3 (2 – 4)"}
-    ]
+    frames = {MAIN: table.graded({"ad_hoc": {"speed": Measured(3.0, "3\n(2 – 4)", 2.0, 4.0)}})}
+    (row,) = table.csv(frames)[MAIN].to_dict("records")
+    assert row == {
+        "row": "ad_hoc", "column": "speed", "number": 3.0, "grade": "+", "paper": "++", "measured": "3 (2 – 4)",
+        "definition": "registered", "under": "", "low": 2.0, "high": 4.0, "order": "",
+    }  # fmt: skip
 
 
 def test_gradings_without_a_quantity_take_them_in_order():
