@@ -22,8 +22,8 @@ from rl_design_space.report.style import FRAME, GREEN, GREY, VERMILION, number, 
 _COLOURS = ["#123a6b", "#5b86b8", "#b9cfe4", "#f2f2ee"]
 #: Signs of the verdicts on orders, and their colours.
 _SIGNS = {"some limits": ("✓", GREEN), "no limits": ("✗", VERMILION), "cannot be told": ("?", GREY)}
-#: Height of a row of the grid in inches.
-_ROW = 0.36
+#: Width and height of a cell of the grid, and width of the names beside it, in inches.
+_CELL, _ROW, _NAMES = 0.6, 0.42, 3.0
 _LARGE = "Large: measured grade, from the number below it with its 95 % interval."
 
 
@@ -48,7 +48,8 @@ def draw_table(
     else:
         definitions = in_order(definitions)
         lines = len(definitions.drop_duplicates(["column", "definition"])) + definitions["column"].nunique()
-        below = 1.5 + _ROW * lines
+        below = 1.6 + _ROW * lines
+        width = max(width, _NAMES + _CELL * (len(rows) + 1) * len(_settings(definitions)))
         figure = plt.figure(figsize=(width, height + below), layout="constrained")
         grid = figure.add_gridspec(2, 1, height_ratios=[height, below])
         upper, lower = (figure.add_subfigure(grid[place]) for place in range(2))
@@ -103,7 +104,7 @@ def _readable(grade: str) -> str:
 def _draw_definitions(figure: FigureBase, definitions: pd.DataFrame, labels: Mapping[str, str], source: str) -> None:
     """Draw a line for each definition, grouped by column; in it a block of rows for each setting, and the verdict."""
     rows = list(definitions["row"].unique())
-    settings = [under for under in definitions["under"].unique() if under]
+    settings = _settings(definitions)
     wide = len(rows) + 1
     axis = figure.subplots()
     ticks: list[tuple[float, str, bool]] = []
@@ -138,16 +139,21 @@ def _draw_definitions(figure: FigureBase, definitions: pd.DataFrame, labels: Map
     for place, under in enumerate(settings):
         middle = wide * place + len(rows) / 2
         axis.annotate(
-            under, (middle, 1), xycoords=("data", "axes fraction"), xytext=(0, 20), textcoords="offset points",
+            under.replace(", ", ",\n"), (middle, 1), xycoords=("data", "axes fraction"), xytext=(0, 20),
+            textcoords="offset points",
             ha="center", va="bottom", fontweight="bold",
         )  # fmt: skip
     axis.tick_params(length=0)
     axis.spines[:].set_visible(False)
     figure.supxlabel(
         "✓ some limits would give the published order of the rows, ✗ no limits would, ? cannot be told.\n"
-        'The line "registered" is that of the cells above.',
+        'A line "registered" with one block only is that of the cells above.',
         fontsize=8,
     )
+
+
+def _settings(definitions: pd.DataFrame) -> list[str]:
+    return [under for under in definitions["under"].unique() if under]
 
 
 def _write_grade(axis: Axes, cell: dict[Any, Any], x: int, y: int) -> None:
@@ -159,5 +165,8 @@ def _write_grade(axis: Axes, cell: dict[Any, Any], x: int, y: int) -> None:
     face = _COLOURS[GRADES.index(grade)]
     axis.add_patch(Rectangle((x + 0.03, y + 0.05), 0.94, 0.9, facecolor=face, edgecolor="none"))
     never = "≥ " if np.isinf(cell["high"]) and cell["low"] >= cell["number"] else ""
-    text = f"{grade}  {never}{number(cell['number'])}"
-    write(axis, x, y, [(0.5, text, {"fontsize": 8})], _readable(grade))
+    lines: list[Line] = [
+        (0.3, grade, {"fontsize": 9, "fontweight": "bold"}),
+        (0.7, f"{never}{number(cell['number'])}", {"fontsize": 8}),
+    ]
+    write(axis, x, y, lines, _readable(grade))
