@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,22 @@ _DIVISIONS = 5
 _AT_ONCE = 10_000_000
 
 
+class Judged(NamedTuple):
+    """A measure with its 95 % interval.
+
+    Attributes:
+        value: the number.
+        low: lower end of the interval.
+        high: upper end; infinite if samples of the measure are "never".
+        never: whether the number itself stands for "never", which it is a lower bound of.
+    """
+
+    value: float
+    low: float
+    high: float
+    never: bool = False
+
+
 @dataclass(frozen=True)
 class AtBest:
     """Measures at the best schedule.
@@ -43,7 +59,7 @@ class AtBest:
 
     best: str
     exploration: Estimate
-    measured: Mapping[str, Estimate]
+    measured: Mapping[str, Judged]
 
 
 def at_best(schedules: Mapping[str, LearningCurves], best_by: Measure, measures: Mapping[str, Measure]) -> AtBest:
@@ -62,11 +78,11 @@ def at_best(schedules: Mapping[str, LearningCurves], best_by: Measure, measures:
     chosen = [_best(results, best_by, _without(weights, half)) for half in halves]
     overall = _best(results, best_by, weights)
     exploration = np.array([result.epsilon.sum() for result in results])[overall]
-    judged = _Judged(results, weights, halves, chosen)
+    judges = _Judges(results, weights, halves, chosen)
     return AtBest(
         best=names[int(overall[0])],
         exploration=_estimate(exploration, periods),
-        measured={name: judged.estimate(measure) for name, measure in measures.items()},
+        measured={name: judges.judge(measure) for name, measure in measures.items()},
     )
 
 
@@ -92,7 +108,7 @@ def _best(results: Sequence[LearningCurves], best_by: Measure, weights: FloatArr
     return best
 
 
-class _Judged:
+class _Judges:
     """The periods of all schedules at which they are judged, in any resample.
 
     Args:
@@ -126,7 +142,7 @@ class _Judged:
         self._periods = LearningCurves(**together, rows=rows, epsilon=first.epsilon, known_point=first.known_point)
         self._count = weights.shape[1]
 
-    def estimate(self, measure: Measure) -> Estimate:
+    def judge(self, measure: Measure) -> Judged:
         """Return a measure with its interval.
 
         A share of periods has no narrower interval than Wilson's, and "never" has no upper end.
@@ -137,7 +153,7 @@ class _Judged:
             least, most = _wilson(value, self._count)
             low, high = min(low, least), max(high, most)
         never = measure.censored_at(self._periods)
-        return Estimate(value, low, np.inf if is_never(high, never) else high)
+        return Judged(value, low, np.inf if is_never(high, never) else high, bool(is_never(value, never)))
 
     def _samples(self, measure: Measure) -> Sequence[FloatArray]:
         rows = max(1, _AT_ONCE // len(self._periods.steps))

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise, permutations
-from typing import Literal
-
-from rl_design_space.analysis.statistics import Estimate
+from typing import Literal, Protocol
 
 #: Verdict on an order, see `order`.
 Order = Literal["some limits", "no limits", "cannot be told"]
 
 
-def order(ranks: Sequence[int], estimates: Sequence[Estimate], *, larger: bool) -> Order:
+class Interval(Protocol):
+    """A 95 % interval."""
+
+    @property
+    def low(self) -> float: ...
+
+    @property
+    def high(self) -> float: ...
+
+
+def order(ranks: Sequence[int], estimates: Sequence[Interval], *, larger: bool) -> Order:
     """Return whether any limits would give rows the grades that were published for them.
 
     Limits are sensible if they are monotone: a row with the higher grade has the higher value, or the lower one where
@@ -24,7 +32,7 @@ def order(ranks: Sequence[int], estimates: Sequence[Estimate], *, larger: bool) 
 
     Args:
         ranks: published grades as numbers; more is higher.
-        estimates: measured values with their intervals; unknown ends (NaN) decide nothing.
+        estimates: intervals of the measured values; unknown ends (NaN) decide nothing.
         larger: whether the higher grade is for the larger value.
 
     Returns:

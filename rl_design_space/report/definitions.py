@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
+from rl_design_space.analysis.at_best import Judged
 from rl_design_space.analysis.orders import Order, between, order
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.report.grading import GRADES, Grading
@@ -17,7 +18,7 @@ from rl_design_space.report.style import interval, number
 #: Name of the definitions by which the table itself is graded.
 REGISTERED = "registered"
 #: Estimates by row and quantity, under one setting.
-Found = Mapping[str, Mapping[str, Estimate]]
+Found = Mapping[str, Mapping[str, Estimate | Judged]]
 COLUMNS = [
     "column", "definition", "under", "row", "number", "low", "high", "grade", "paper", "order", "measured"
 ]  # fmt: skip
@@ -56,7 +57,7 @@ def defined(
                 for row, grade, each in zip(rows, published, estimates, strict=True):
                     ours = grading.grade(each.value, least) if each else ""
                     numbers = each or Estimate(np.nan, np.nan, np.nan)
-                    cells.append((column, name, under, row, *numbers, ours, grade, verdict, estimate_text(each)))
+                    cells.append((column, name, under, row, *numbers[:3], ours, grade, verdict, estimate_text(each)))
     return pd.DataFrame(cells, columns=COLUMNS)
 
 
@@ -69,7 +70,9 @@ def in_order(frame: pd.DataFrame) -> pd.DataFrame:
     return once.sort_values("column", key=lambda column: column.map(order_of), kind="stable")
 
 
-def column_order(published: Sequence[str], estimates: Sequence[Estimate | None], grading: Grading) -> Order | str:
+def column_order(
+    published: Sequence[str], estimates: Sequence[Estimate | Judged | None], grading: Grading
+) -> Order | str:
     """Return whether any limits would give the published grades of a column; empty if that has no meaning.
 
     Args:
@@ -83,16 +86,15 @@ def column_order(published: Sequence[str], estimates: Sequence[Estimate | None],
     return order(_ranks(published), known, larger=grading.larger)
 
 
-def estimate_text(each: Estimate | None) -> str:
-    """Return a number with its interval; a number without an upper end is a limit that was not reached."""
+def estimate_text(each: Estimate | Judged | None) -> str:
+    """Return a number with its interval; "never" is at least the number that stands for it."""
     if each is None:
         return _MISSING
-    if math.isinf(each.high) and each.low >= each.value:
-        return f"≥ {number(each.value)}"
-    if each.low == each.high:
-        return number(each.value)
+    text = f"≥ {number(each.value)}" if isinstance(each, Judged) and each.never else number(each.value)
+    if each.low == each.high or (math.isinf(each.high) and each.low == each.value):
+        return text
     ends = f"{number(each.low)} – ∞" if math.isinf(each.high) else interval(each.low, each.high)
-    return f"{number(each.value)} ({ends})" if ends else number(each.value)
+    return f"{text} ({ends})" if ends else text
 
 
 def definitions_text(
@@ -128,11 +130,22 @@ def definitions_text(
         if name != REGISTERED
     ]
     how = (
+        f"{_counted(frame, labels)} "
         "Some limits give the grades where, of every two rows with different grades, the one with the higher grade "
         "lies beyond the other; rows with equal grades may lie anywhere between two limits. None do where two rows lie "
         "the other way round, and it cannot be told where the intervals of two such rows overlap."
     )
     return ["## By other definitions", table(pd.DataFrame(lines)), how, "\n".join(rules)]
+
+
+def _counted(frame: pd.DataFrame, labels: Mapping[str, str]) -> str:
+    """Return how often limits give the published grades of each column, as a sentence each."""
+    verdicts = in_order(frame).drop_duplicates(["column", "definition", "under"])
+    told = []
+    for column, orders in verdicts[verdicts["order"] != ""].groupby("column", sort=False)["order"]:
+        some, none = ((orders == verdict).sum() for verdict in ("some limits", "no limits"))
+        told.append(f"{labels.get(str(column), str(column))} {some} of {len(orders)} (none give them {none} times)")
+    return f"Limits that give the grades exist for {', '.join(told)}." if told else ""
 
 
 def _limits(cells: pd.DataFrame, grading: Grading | None) -> str:

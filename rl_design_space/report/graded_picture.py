@@ -164,7 +164,7 @@ def _write_grade(axis: Axes, cell: dict[Any, Any], x: int, y: int) -> None:
         return
     face = _COLOURS[GRADES.index(grade)]
     axis.add_patch(Rectangle((x + 0.03, y + 0.05), 0.94, 0.9, facecolor=face, edgecolor="none"))
-    never = "≥ " if np.isinf(cell["high"]) and cell["low"] >= cell["number"] else ""
+    never = "≥ " if cell["measured"].startswith("≥") else ""
     lines: list[Line] = [
         (0.3, grade, {"fontsize": 9, "fontweight": "bold"}),
         (0.7, f"{never}{number(cell['number'])}", {"fontsize": 8}),

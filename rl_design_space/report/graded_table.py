@@ -92,6 +92,11 @@ class GradedTable(Report):
                 raise ConfigError.unknown("quantity", gradings[column].of, self.quantities, f"{key}.of=")
         return gradings
 
+    def defined_quantities(self) -> set[str]:
+        """Return the quantities of the other definitions."""
+        gradings = self._every_grading().values()
+        return {grading.of for by_name in gradings for name, grading in by_name.items() if name != REGISTERED}
+
     def _every_grading(self) -> dict[str, dict[str, Grading]]:
         """Return the gradings by column and name of the definition, those of the table itself first.
 

@@ -9,7 +9,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.at_best import at_best
+from rl_design_space.analysis.at_best import Judged, at_best
 from rl_design_space.analysis.measure_name import MeasureName
 from rl_design_space.analysis.quality import Quality, quality
 from rl_design_space.analysis.statistics import Estimate
@@ -68,11 +68,9 @@ class QualityMap(GradedTable):
 
     def found(self, runs: Runs) -> Mapping[str, Found]:
         """Return the quantities of each row, by reading and measure of the best schedule."""
-        quantities = {node["of"] for by_name in self.definitions.values() for node in by_name.values()}
-        measures = {name: measure(name) for name in sorted(quantities - {_EXPLORATION})}
-        known: dict[
-            tuple[str, tuple[Point, ...]], Mapping[str, Estimate]
-        ] = {}  # most rows are equal under all readings
+        measures = {name: measure(name) for name in sorted(self.defined_quantities() - {_EXPLORATION})}
+        # Rows without a parameter of the readings are the same under all of them.
+        known: dict[tuple[str, tuple[Point, ...]], Mapping[str, Estimate | Judged]] = {}
         settings = {}
         for reading, values in (self.readings or {"": self.reading}).items():
             read = runs.under(values)
@@ -122,7 +120,7 @@ class QualityMap(GradedTable):
 
 def _at_best(
     schedules: Mapping[str, LearningCurves], best_by: Measure, measures: Mapping[str, Measure]
-) -> Mapping[str, Estimate]:
+) -> Mapping[str, Estimate | Judged]:
     """Return measures and the exploration at the best schedule.
 
     Nothing if there are no schedules, or if a measure does not apply to them: they may have fewer trials than it skips.
