@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
@@ -101,7 +102,10 @@ class QualityMap(GradedTable):
     def measured(self, runs: Runs) -> Mapping[str, Mapping[str, Measured]]:
         read = runs.under(self.reading)
         schedules = {row: self._schedules(read, row) for row in self.rows}
-        return {row: as_measured(quality(each)) if each else {} for row, each in schedules.items()}
+        return {
+            row: as_measured(quality(each), never=len(next(iter(each.values())).epsilon)) if each else {}
+            for row, each in schedules.items()
+        }
 
     def _schedules(self, runs: Runs, row: str) -> Mapping[str, LearningCurves]:
         """Return the results of the schedules of a row by their names; nothing if one of them is missing.
@@ -134,15 +138,23 @@ def _at_best(
     return {**found.measured, _EXPLORATION: found.exploration}
 
 
-def as_measured(found: Quality) -> Mapping[str, Measured]:
-    """Return the quantities of a row as numbers and texts."""
-    speed, over, never, total = found.speed, found.over_optimum, found.never_near, found.exploration
+def as_measured(found: Quality, never: float = math.inf) -> Mapping[str, Measured]:
+    """Return the quantities of a row as numbers and texts.
+
+    Args:
+        found: the quality of the row.
+        never: the number of trials that stands for "never": intervals that reach it have no upper end.
+    """
+    speed, over, far, total = found.speed, found.over_optimum, found.never_near, found.exploration
+    latest = math.inf if speed.high >= never else speed.high
     return {
-        "speed": Measured(speed.value, f"{speed.value:.0f} trials ({speed.low:.0f} – {speed.high:.0f})", *speed[1:]),
+        "speed": Measured(
+            speed.value, f"{speed.value:.0f} trials ({speed.low:.0f} – {speed.high:.0f})", speed.low, latest
+        ),
         "over_optimum": Measured(
             over.value,
             f"{over.value:.3f} × optimum ({over.low:.3f} – {over.high:.3f})\n"
-            f"{never.value:.0%} of periods never near ({never.low:.0%} – {never.high:.0%})",
+            f"{far.value:.0%} of periods never near ({far.low:.0%} – {far.high:.0%})",
             *over[1:],
         ),
         "exploration": Measured(
