@@ -144,8 +144,9 @@ def _counted(frame: pd.DataFrame, labels: Mapping[str, str]) -> str:
     told = []
     for column, orders in verdicts[verdicts["order"] != ""].groupby("column", sort=False)["order"]:
         some, none = ((orders == verdict).sum() for verdict in ("some limits", "no limits"))
-        told.append(f"{labels.get(str(column), str(column))} {some} of {len(orders)} (none give them {none} times)")
-    return f"Limits that give the grades exist for {', '.join(told)}." if told else ""
+        without = f" ({none} with none)" if none else ""
+        told.append(f"{labels.get(str(column), str(column))} {some} of {len(orders)}{without}")
+    return f"Lines for which some limits give the grades: {', '.join(told)}." if told else ""
 
 
 def _limits(cells: pd.DataFrame, grading: Grading | None) -> str:

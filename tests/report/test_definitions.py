@@ -80,7 +80,7 @@ def test_the_text_says_where_limits_would_lie():
         unpadded(table)
     )
     assert "| reversed | − 50 (45 – 55) | + 12 (11 – 13) | ++ 1 (0 – 2) | none |" in unpadded(table)
-    assert how.startswith("Limits that give the grades exist for speed 2 of 4 (none give them 1 times).")
+    assert how.startswith("Lines for which some limits give the grades: speed 2 of 4 (1 with none).")
     assert rules == "- **speed, by trials**: trials. ++ ≤ 10, + ≤ 20, 0 ≤ 30, otherwise −."
 
 
