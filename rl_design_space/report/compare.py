@@ -14,8 +14,8 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.averaging import estimate_difference, mean_of_runs, value_of_sides
-from rl_design_space.analysis.measure_name import MeasureName
 from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import Measure, measure
 from rl_design_space.learning.result import LearningCurves

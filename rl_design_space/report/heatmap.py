@@ -16,13 +16,13 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._markdown import escaped
 from rl_design_space._strict import STRICT
+from rl_design_space.config.measure_name import ValueName
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.bounds import notes, shown, shown_interval, without_exact
 from rl_design_space.report.cells import colour_bar, colour_cells, hatch, write
 from rl_design_space.report.parameters import check_averaged, label, text
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import DECADE, number, styled
-from rl_design_space.report.values import ValueName
 
 #: Parameters, on the command line separated by commas.
 Names = Annotated[

@@ -15,12 +15,11 @@ from rl_design_space._markdown import code
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.censoring import Bounded
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import SCALARS
+from rl_design_space.learning.measures import ONLY_SCALARS, SCALARS, Measure, measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
 from rl_design_space.report.points import Point, by_design, repetition
-from rl_design_space.report.values import measure_of
 from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.selection import Where, comparable
 from rl_design_space.tracking.tracker import StoredRun
@@ -258,6 +257,15 @@ class Runs:
             return scalars[name]
         numbers = [point.run.scalars.get(name, float("nan")) for point in seeds if point.run]
         return sum(numbers) / len(numbers)
+
+
+def measure_of(name: str) -> Measure | None:
+    """Return the measure of a name; None of a scalar that is no measure.
+
+    Raises:
+        ConfigError: there is no such scalar or measure.
+    """
+    return None if name in ONLY_SCALARS else measure(name)
 
 
 def _result(point: Point, arrays: Mapping[str, NDArray[Any]]) -> LearningCurves:

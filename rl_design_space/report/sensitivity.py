@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.censoring import NO_RATIO
+from rl_design_space.config.measure_name import ValueName
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
 from rl_design_space.report import style
@@ -21,7 +22,6 @@ from rl_design_space.report.bounds import BOUNDS, NOTE, is_bound, shown, shown_i
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import SEED, label, text
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.values import ValueName
 
 #: Lines that have a colour and a name of their own; more lines are drawn thin and grey, with their median.
 _NAMED = 8
