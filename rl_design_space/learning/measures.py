@@ -6,7 +6,7 @@ of curves. `measure` returns one by its name, with parameters and a statistic if
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -33,10 +33,28 @@ from rl_design_space.learning.measure_statistics import MEAN
 from rl_design_space.learning.own_measure import own_measure
 
 __all__ = [
-    "ALIASES", "CURVES", "CURVES_OF_PERIODS", "CURVES_ON_DEMAND", "FINAL_TRIALS", "MEASURES", "NEAR", "OUTLIER",
-    "SCALARS", "CurveMeasure", "Measure", "PeriodMeasure", "Periods", "Spec", "canonical", "converged", "forms",
-    "measure", "scaled_to_equal_steps",
-]  # fmt: skip
+    "ALIASES",
+    "CURVES",
+    "CURVES_OF_PERIODS",
+    "CURVES_ON_DEMAND",
+    "FINAL_TRIALS",
+    "MEASURES",
+    "NEAR",
+    "ONLY_SCALARS",
+    "OUTLIER",
+    "SCALARS",
+    "CurveMeasure",
+    "Measure",
+    "PeriodMeasure",
+    "Periods",
+    "Spec",
+    "canonical",
+    "converged",
+    "forms",
+    "measure",
+    "scaled_to_equal_steps",
+    "values",
+]
 
 #: Names of the learning curves that are recorded for every point.
 CURVES = ("steps/mean", "steps/median", "success_rate")
@@ -52,6 +70,8 @@ SCALARS = (
     "final_steps_over_optimum",
     "env_steps_per_second",
 )
+#: Recorded scalars that are not computed from the periods alone, or not by a measure.
+ONLY_SCALARS = ("total_steps_sem", "env_steps_per_second")
 
 MEASURES: Mapping[str, Measure] = {
     "total_steps": PeriodMeasure("steps of all trials of a period", lambda periods: periods.total_steps),
@@ -141,6 +161,17 @@ def canonical(spec: Spec) -> str:
         if found.name in FAMILIES:
             found = replace(found, value=FAMILIES[found.name].value(found.name, found.value))
     return found.text
+
+
+def values(names: Iterable[str], periods: Periods) -> dict[str, float]:
+    """Return measures of a point by their names.
+
+    Raises:
+        ConfigError: there is no such measure, or it cannot be computed.
+    """
+    count = len(periods.steps)
+    equal = np.full((1, count), 1 / count)
+    return {name: float(measure(name).samples(periods, equal)[0]) for name in names}
 
 
 def forms() -> dict[str, str]:
