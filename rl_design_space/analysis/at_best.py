@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.censoring import is_never
 from rl_design_space.analysis.statistics import Estimate, percentile_interval, resample_weights
 from rl_design_space.learning.measures import Measure
 from rl_design_space.learning.result import LearningCurves
@@ -152,8 +151,9 @@ class _Judges:
         if each is not None and np.isin(each, (0, 1)).all():
             least, most = _wilson(value, self._count)
             low, high = min(low, least), max(high, most)
-        never = measure.censored_at(self._periods)
-        return Judged(value, low, np.inf if is_never(high, never) else high, bool(is_never(value, never)))
+        censored = measure.censored_at(self._periods)
+        never = math.inf if censored is None else censored
+        return Judged(value, low, math.inf if high >= never else high, value >= never)
 
     def _samples(self, measure: Measure) -> Sequence[FloatArray]:
         rows = max(1, _AT_ONCE // len(self._periods.steps))

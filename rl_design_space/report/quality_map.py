@@ -11,9 +11,9 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.at_best import Judged, at_best
-from rl_design_space.analysis.measure_name import MeasureName
 from rl_design_space.analysis.quality import Quality, quality
 from rl_design_space.analysis.statistics import Estimate
+from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import Measure, canonical, measure
 from rl_design_space.learning.result import LearningCurves
