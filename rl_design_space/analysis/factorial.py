@@ -1,8 +1,8 @@
-"""Factorials: which choices differ between points, and whether all their combinations are there."""
+"""Factorials: which choices differ between points, and grids of all combinations of some of their values."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
 
-#: Choices that are fixed, at most, so that all combinations of the others are there.
-_MOST_FIXED = 2
+#: Factorials, at most, that points are divided into.
+_MOST = 50
 #: Combinations without a point that a message names.
 _NAMED = 4
 
@@ -45,13 +45,50 @@ class Factorial:
         factors: what differs, in the order of the axes.
         levels: of each factor, in the order of the axis.
         points: index of the point of each combination, an axis for each factor.
-        fixed: what is equal in all of these points, but not in the points of others.
     """
 
     factors: tuple[Factor, ...]
     levels: tuple[tuple[Level, ...], ...]
     points: NDArray[np.intp]
-    fixed: Mapping[str, Level]
+
+
+@dataclass(frozen=True)
+class Grids:
+    """Factorials that points consist of.
+
+    Attributes:
+        factors: all choices that differ between the points.
+        parts: the factorials, the largest first; a point may belong to several.
+        alone: number of points that belong to none.
+        unknown: choices that differ between the points, but within no factorial.
+        empty: combinations without a point, a few of them, as on the command line.
+        combinations: number of all combinations.
+        missing: how many of them have no point.
+    """
+
+    factors: tuple[Factor, ...]
+    parts: tuple[Factorial, ...]
+    alone: int
+    unknown: tuple[str, ...]
+    empty: tuple[str, ...]
+    combinations: float
+    missing: float
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all combinations have a point."""
+        return not self.missing
+
+    @property
+    def gap(self) -> str:
+        """Which combinations have no point, as a clause."""
+        names = ", ".join(factor.name for factor in self.factors)
+        more = self.missing - len(self.empty)
+        rest = f", and {more:,.0f} more" if more else ""
+        return (
+            f"{names}: {self.missing:,.0f} of {self.combinations:,.0f} combinations have no point: "
+            f"{'; '.join(self.empty)}{rest}"
+        )
 
 
 def factors(points: Sequence[Mapping[str, Hashable]], names: Sequence[str]) -> list[Factor]:
@@ -71,85 +108,119 @@ def factors(points: Sequence[Mapping[str, Hashable]], names: Sequence[str]) -> l
     for choice, parameters in choices.items():
         alone = [Factor(name, (name,)) for name in parameters]
         crossed = len({tuple(factor.level(point) for factor in alone) for point in points})
-        if crossed == np.prod([len({factor.level(point) for point in points}) for factor in alone]):
+        if crossed == np.prod([len({factor.level(point) for point in points}) for factor in alone], dtype=float):
             found += alone
         else:
             found.append(Factor(choice, tuple(parameters)))
     return found
 
 
-def factorials(points: Sequence[Mapping[str, Hashable]], names: Sequence[str]) -> list[Factorial]:
+def grids(points: Sequence[Mapping[str, Hashable]], names: Sequence[str]) -> Grids:
     """Return the factorials that points consist of.
 
-    Where combinations are missing, as in a union of grids, one choice, or two, are fixed: the points of each of its values are a
-    factorial of their own. Among the choices that can be fixed, those are taken that make the fewest factorials.
+    If combinations are missing, as in a union of grids, the first factorial is the largest that is found by leaving out
+    the emptiest level again and again; the next ones are found in the same way around points that no factorial has yet.
 
     Args:
         points: values of parameters by name; no two are equal in `names`.
         names: of the parameters that differ.
 
     Raises:
-        ConfigError: the points are not such a union; some of the missing combinations are named.
+        ConfigError: no two points are equal in all choices but one; some of the missing combinations are named.
     """
-    among = factors(points, names)
-    everything = list(range(len(points)))
-    for fixed in range(_MOST_FIXED + 1):
-        found = list(_divided(points, everything, among, fixed))
-        if found:
-            return min(found, key=len)
-    raise ConfigError(_incomplete(points, among))
-
-
-def _divided(
-    points: Sequence[Mapping[str, Hashable]], which: list[int], among: Sequence[Factor], fixed: int
-) -> Iterator[list[Factorial]]:
-    """Yield every way to divide points into factorials by fixing so many factors."""
-    if not fixed:
-        if whole := _whole(points, which, among):
-            yield [whole]
-        return
-    for factor in among:
-        groups: dict[Level, list[int]] = {}
-        for index in which:
-            groups.setdefault(factor.level(points[index]), []).append(index)
-        others = [other for other in among if other != factor]
-        parts = [next(_divided(points, group, others, fixed - 1), None) for group in groups.values()]
-        if len(groups) > 1 and all(parts):
-            yield [
-                Factorial(each.factors, each.levels, each.points, {factor.name: level, **each.fixed})
-                for level, part in zip(groups, parts, strict=True)
-                for each in part or ()
-            ]
-
-
-def _whole(points: Sequence[Mapping[str, Hashable]], which: list[int], among: Sequence[Factor]) -> Factorial | None:
-    """Return the factorial of all these points; None if combinations are missing."""
-    levels = {factor: tuple(dict.fromkeys(factor.level(points[index]) for index in which)) for factor in among}
-    varying = tuple(factor for factor in among if len(levels[factor]) > 1)
-    shape = tuple(len(levels[factor]) for factor in varying)
-    if np.prod(shape, dtype=float) != len(which):
-        return None
-    places = {factor: {level: place for place, level in enumerate(levels[factor])} for factor in varying}
-    array = np.full(shape, -1, dtype=np.intp)
-    for index in which:
-        array[tuple(places[factor][factor.level(points[index])] for factor in varying)] = index
-    return Factorial(varying, tuple(levels[factor] for factor in varying), array, {}) if (array >= 0).all() else None
-
-
-def _incomplete(points: Sequence[Mapping[str, Hashable]], among: Sequence[Factor]) -> str:
-    """Return a message that names combinations without a point."""
+    among = tuple(factors(points, names))
     levels = [list(dict.fromkeys(factor.level(point) for point in points)) for factor in among]
-    there = {tuple(factor.level(point) for factor in among) for point in points}
-    total = int(np.prod([len(each) for each in levels], dtype=float))
-    missing = (key for key in product(*levels) if key not in there)
+    places = [{level: place for place, level in enumerate(each)} for each in levels]
+    codes = np.array(
+        [[place[factor.level(point)] for factor, place in zip(among, places, strict=True)] for point in points],
+        dtype=np.intp,
+    ).reshape(len(points), len(among))
+    parts, left = _covering(codes, levels, among)
+    varying = {factor for part in parts for factor in part.factors}
+    total = float(np.prod([len(each) for each in levels], dtype=float))
+    there = {tuple(row) for row in codes.tolist()}
+    empty = (key for key in product(*map(range, map(len, levels))) if key not in there)
     named = [
-        " ".join(described(factor, level) for factor, level in zip(among, key, strict=True))
-        for key, _ in zip(missing, range(_NAMED), strict=False)
+        " ".join(described(f, each[i]) for f, each, i in zip(among, levels, key, strict=True))
+        for key, _ in zip(empty, range(_NAMED), strict=False)
     ]
-    more = f", and {total - len(there) - len(named)} more" if total - len(there) > len(named) else ""
-    return (
-        f"{', '.join(factor.name for factor in among)}: {total - len(there)} of {total} combinations have no point: "
-        f"{'; '.join(named)}{more}; run them, or select runs of which all combinations are there"
+    unknown = tuple(factor.name for factor in among if factor not in varying)
+    found = Grids(among, tuple(parts), left, unknown, tuple(named), total, total - len(there))
+    if not parts:
+        raise ConfigError(f"{found.gap}; run them, or choose runs of which all combinations are there")
+    return found
+
+
+def _covering(
+    codes: NDArray[np.intp], levels: Sequence[list[Level]], among: tuple[Factor, ...]
+) -> tuple[list[Factorial], int]:
+    """Return factorials, and the number of points in none of them."""
+    parts: list[Factorial] = []
+    covered, alone = np.zeros((2, len(codes)), dtype=bool)
+    around: int | None = None
+    while len(parts) + alone.sum() < _MOST:
+        inside = _grown(codes, around)
+        if inside.sum() > 1:
+            parts.append(_factorial(codes, inside, levels, among))
+            covered |= inside
+        elif around is not None:
+            alone[around] = True
+        left = np.flatnonzero(~covered & ~alone)
+        if not len(left):
+            break
+        around = int(left[0])
+    parts.sort(key=lambda part: -part.points.size)
+    return parts, int((~covered).sum())
+
+
+def _grown(codes: NDArray[np.intp], around: int | None) -> NDArray[np.bool_]:
+    """Return which points make a factorial, that of a given point if there is one."""
+    inside = np.ones(len(codes), dtype=bool)
+    if around is not None and not ((codes != codes[around]).sum(axis=1) == 1).any():
+        return np.arange(len(codes)) == around
+    while True:
+        counts = [np.bincount(column) for column in codes[inside].T]
+        sizes = np.array([np.count_nonzero(count) for count in counts], dtype=float)
+        total = sizes.prod()
+        if total == inside.sum():
+            return _extended(codes, inside)
+        emptiest = []
+        for factor, count in enumerate(counts):
+            share = np.where(count > 0, count * sizes[factor] / total, np.inf)
+            if around is not None:
+                share[codes[around, factor]] = np.inf
+            level = int(share.argmin())
+            # Of equally empty levels, one of the factor with the most of them costs least.
+            emptiest.append((float(share[level]), -float(sizes[factor]), factor, level))
+        *_, factor, level = min(emptiest)
+        inside &= codes[:, factor] != level
+
+
+def _extended(codes: NDArray[np.intp], inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a factorial with all levels added whose combinations with the others are there."""
+    used = [np.bincount(column[inside], minlength=column.max() + 1) > 0 for column in codes.T]
+    among = np.array([each[column] for each, column in zip(used, codes.T, strict=True)])  # (factors, points)
+    for factor, each in enumerate(used):
+        elsewhere = np.delete(among, factor, axis=0).all(axis=0)
+        size = np.prod([other.sum() for place, other in enumerate(used) if place != factor], dtype=float)
+        used[factor] = each | (np.bincount(codes[elsewhere, factor], minlength=len(each)) == size)
+        among[factor] = used[factor][codes[:, factor]]
+    whole: NDArray[np.bool_] = among.all(axis=0)
+    return whole
+
+
+def _factorial(
+    codes: NDArray[np.intp], inside: NDArray[np.bool_], levels: Sequence[list[Level]], among: tuple[Factor, ...]
+) -> Factorial:
+    used = [np.unique(column) for column in codes[inside].T]
+    varying = [place for place, each in enumerate(used) if len(each) > 1]
+    array = np.full([len(used[place]) for place in varying], -1, dtype=np.intp)
+    for index in np.flatnonzero(inside):
+        array[tuple(int(np.searchsorted(used[place], codes[index, place])) for place in varying)] = index
+    return Factorial(
+        tuple(among[place] for place in varying),
+        tuple(tuple(levels[place][level] for level in used[place]) for place in varying),
+        array,
     )
 
 

@@ -18,8 +18,6 @@ from rl_design_space.analysis.statistics import Estimate, percentile_interval, r
 
 #: Bootstrap samples of periods for the intervals of shares.
 RESAMPLES = 1000
-#: Resampled cell means that are held in memory at once.
-_AT_ONCE = 5_000_000
 #: Joins the names of a pair of choices.
 PAIR = " × "
 
@@ -28,28 +26,41 @@ _Names = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Cells:
-    """Values of the periods of a factorial.
+    """Means of a factorial, and what chance does to them.
 
     Attributes:
         names: of the choices, in the order of the axes.
-        values: (periods, levels of the first choice, levels of the second, …); a period has the same number in all
-            cells, such as with common random numbers.
+        means: (levels of the first choice, levels of the second, …)
+        samples: (resamples, levels of the first choice, …) means of resampled periods, the same periods in all cells.
+        values: (periods, levels of the first choice, …) of which the cells are means; None if they are means of none,
+            such as medians.
     """
 
     names: _Names
-    values: FloatArray
+    means: FloatArray
+    samples: FloatArray
+    values: FloatArray | None = None
+
+    @classmethod
+    def of_periods(cls, names: _Names, values: FloatArray, resamples: int = RESAMPLES, seed: int = 0) -> Cells:
+        """Return the means of periods: (periods, levels of the first choice, levels of the second, …)."""
+        flat = values.reshape(len(values), -1)
+        weights = resample_weights(len(values), seed, resamples).astype(flat.dtype, copy=False)
+        samples = (weights @ flat).reshape(-1, *values.shape[1:])
+        return cls(names, values.mean(axis=0, dtype=np.float64), samples, values)
 
     @property
     def size(self) -> int:
         """Number of cells."""
-        return int(np.prod(self.values.shape[1:], dtype=float))
+        return int(self.means.size)
 
 
 @dataclass(frozen=True)
 class Importance:
     """Share of the variance between cells that an effect explains.
 
-    A share may be slightly negative, as its expected chance part has been subtracted.
+    A share may be slightly negative, as its expected chance part has been subtracted. If the variance between cells cannot
+    be told from 0, shares are those of the largest variance that the periods allow.
 
     Attributes:
         effect: name of a choice, or of two joined by ` × `: their interaction, without the effects of each.
@@ -82,23 +93,27 @@ class Decomposition:
         return not self.variance.low > 0
 
 
-def decomposed(parts: Sequence[Cells], resamples: int = RESAMPLES, seed: int = 0) -> Decomposition:
+def decomposed(parts: Sequence[Cells]) -> Decomposition:
     """Return the shares of the variance between cells by choices and pairs of choices.
 
     Args:
-        parts: factorials, all of the same number of periods, at least two. Several are weighted by their number of
-            cells; the variance between them is not part of the whole.
-        resamples: number of bootstrap samples; periods are resampled, in all cells alike.
-        seed: of the resampling.
+        parts: factorials with equally many samples. Several are weighted by their number of cells: the variance within
+            factorials is what is explained, and a choice with one value in a factorial explains nothing there.
     """
+    resamples = len(parts[0].samples)
     names = tuple(dict.fromkeys(name for part in parts for name in part.names))
-    effects: list[_Names] = [*combinations(names, 1), *combinations(names, 2)]
+    effects: list[_Names] = [
+        effect
+        for size in (1, 2)
+        for effect in combinations(names, size)
+        if any(set(effect) <= set(part.names) for part in parts)
+    ]
     weights = np.array([part.size for part in parts], dtype=float)
     weights /= weights.sum()
     plain: dict[tuple[str, _Names], float] = {}
     drawn: dict[tuple[str, _Names], FloatArray] = {}
     for part, weight in zip(parts, weights, strict=True):
-        explained = _explained(part, resamples, seed)
+        explained = _explained(part)
         for key, (value, samples) in _components(part.names, effects, explained).items():
             plain[key] = plain.get(key, 0.0) + weight * value
             drawn[key] = drawn.get(key, np.zeros(resamples)) + weight * samples
@@ -142,29 +157,28 @@ def _components(
     return components
 
 
-def _explained(cells: Cells, resamples: int, seed: int) -> dict[frozenset[str], tuple[float, FloatArray]]:
+def _explained(cells: Cells) -> dict[frozenset[str], tuple[float, FloatArray]]:
     """Return the variances that sets of choices explain, with bootstrap samples."""
     sets = {frozenset(keep) for size in (1, 2) for keep in combinations(cells.names, size)}
     sets |= {frozenset(cells.names), *(frozenset(cells.names) - {name} for name in cells.names)}
-    keeps = {which: tuple(name for name in cells.names if name in which) for which in sets if which}
-    closed = {which: _closed(cells, keep) for which, keep in keeps.items()}
-    drawn: dict[frozenset[str], list[FloatArray]] = {which: [] for which in keeps}
-    weights = resample_weights(len(cells.values), seed, resamples)
-    block = max(1, _AT_ONCE // max(1, cells.size))
-    flat = cells.values.reshape(len(cells.values), -1)
-    for begin in range(0, resamples, block):
-        means = (weights[begin : begin + block] @ flat).reshape(-1, *cells.values.shape[1:])
-        for which, keep in keeps.items():
-            drawn[which].append((_projected(means, cells.names, keep) ** 2).mean(axis=1))
-    # A resampled mean has twice the error of the mean itself.
-    return {which: (value, np.concatenate(drawn[which]) - 2 * chance) for which, (value, chance) in closed.items()}
+    found = {}
+    for which in filter(None, sets):
+        keep = tuple(name for name in cells.names if name in which)
+        chance = _chance(cells, keep)
+        plain = float((_projected(cells.means[np.newaxis], cells.names, keep) ** 2).mean())
+        drawn = (_projected(cells.samples, cells.names, keep) ** 2).mean(axis=1, dtype=np.float64)
+        # A resampled mean has twice the error of the mean itself.
+        found[which] = plain - chance, drawn - 2 * chance
+    return found
 
 
-def _closed(cells: Cells, keep: _Names) -> tuple[float, float]:
-    """Return the variance that choices explain together, and the part of chance that was subtracted from it."""
+def _chance(cells: Cells, keep: _Names) -> float:
+    """Return the variance that chance adds to what choices explain together."""
+    if cells.values is None:
+        return float(_projected(cells.samples, cells.names, keep).var(axis=0).mean(dtype=np.float64))
+    periods = len(cells.values)
     each = _projected(cells.values, cells.names, keep)
-    chance = float(each.var(axis=0, ddof=1).mean() / len(each))
-    return float((each.mean(axis=0) ** 2).mean()) - chance, chance
+    return float(each.var(axis=0, ddof=1, dtype=np.float64).mean() / periods) if periods > 1 else 0.0
 
 
 def _projected(values: FloatArray, names: _Names, keep: _Names) -> FloatArray:
@@ -176,7 +190,11 @@ def _projected(values: FloatArray, names: _Names, keep: _Names) -> FloatArray:
 
 
 def _ratio(part: float, whole: float, parts: FloatArray, wholes: FloatArray) -> Estimate:
+    """Return a share; that of the largest variance that the periods allow, if the variance cannot be told from 0."""
+    least, most = np.percentile(wholes, (2.5, 97.5))
+    if not (whole > 0 and least > 0):
+        wholes, whole = np.full_like(wholes, most), float(most)
     if not whole > 0:
-        return Estimate(0.0, 0.0, 1.0)
+        return Estimate(0.0, 0.0, 0.0)
     low, high = percentile_interval(parts / np.maximum(wholes, whole / 100))
     return Estimate(part / whole, float(low), float(high))

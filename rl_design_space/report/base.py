@@ -65,6 +65,10 @@ class Report(ABC):
     def text(self, frames: Frames) -> list[str]:
         """Return the paragraphs of the text."""
 
+    def numbers(self, frames: Frames) -> list[str]:
+        """Return the main numbers as lines for a terminal."""
+        return []
+
     def csv(self, frames: Frames) -> Frames:
         """Return the frames as they are written to CSV files; all of them unless a report says otherwise."""
         return frames
@@ -102,4 +106,5 @@ class Report(ABC):
         picture = f"![{self.shows or self.heading}]({quote(stem.name)}.png)"
         parts = [f"# {self.heading}", picture, runs.made_by, *runs.remarks, *self.text(frames), *self.notes]
         paths[-1].write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+        runs.tell(self.numbers(frames))
         return paths

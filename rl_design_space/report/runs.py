@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
 from rl_design_space.report.points import Point, by_design, repetition, sample
+from rl_design_space.report.watching import Watch, unwatched
 from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.selection import Where, comparable
 from rl_design_space.tracking.tracker import StoredRun
@@ -56,6 +57,10 @@ class Runs:
         self._name = name
         self._reader = reader
         self._results: dict[Point, LearningCurves | None] = {}
+        #: Iterates over items, and shows how far it is.
+        self.watch: Watch = unwatched
+        #: Takes the main numbers of a report, as lines.
+        self.tell: Callable[[Sequence[str]], None] = lambda lines: None
 
     @classmethod
     def of_study(cls, study: Study, reader: Reader) -> Runs:
@@ -201,12 +206,7 @@ class Runs:
     def kept(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
         if point not in self._results:
-            arrays = self._reader.periods(point.run) if point.run else {}
-            self._results[point] = (
-                LearningCurves.of_arrays(arrays, point.of_plan.point)
-                if point.of_plan and "steps" in arrays
-                else LearningCurves.found(arrays, point.parameters.get("world.size"))
-            )
+            self._results[point] = self._read(point)
         return self._results[point]
 
     def result(self, point: Point) -> LearningCurves | None:
@@ -217,12 +217,25 @@ class Runs:
         """
         result = self.kept(point)
         if point.run and result is None:
-            command = f" of `{point.of_plan.command}`" if point.of_plan else ""
-            raise ConfigError(
-                f"tracking.artifact=curves: the run{command} kept its learning curves alone; this report needs runs "
-                "that were recorded with tracking.artifact=periods"
-            )
+            raise _without_periods(point)
         return result
+
+    def once(self, point: Point) -> LearningCurves:
+        """Return the result of a recorded point, which is not held in memory for later.
+
+        Raises:
+            ConfigError: its run did not keep its periods.
+        """
+        result = self._results[point] if point in self._results else self._read(point)
+        if result is None:
+            raise _without_periods(point)
+        return result
+
+    def _read(self, point: Point) -> LearningCurves | None:
+        arrays = self._reader.periods(point.run) if point.run else {}
+        if point.of_plan and "steps" in arrays:
+            return LearningCurves.of_arrays(arrays, point.of_plan.point)
+        return LearningCurves.found(arrays, point.parameters.get("world.size"))
 
     def pooled(self, seeds: Sequence[Point]) -> LearningCurves | None:
         """Return the periods of all seeds of one design as one result; None if one of them has no run.
@@ -286,6 +299,14 @@ class Runs:
             return scalars[name]
         numbers = [point.run.scalars.get(name, float("nan")) for point in seeds if point.run]
         return sum(numbers) / len(numbers)
+
+
+def _without_periods(point: Point) -> ConfigError:
+    command = f" of `{point.of_plan.command}`" if point.of_plan else ""
+    return ConfigError(
+        f"tracking.artifact=curves: the run{command} kept its learning curves alone; this report needs runs "
+        "that were recorded with tracking.artifact=periods"
+    )
 
 
 def _joined(numbers: Iterable[Any]) -> str:

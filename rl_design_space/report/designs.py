@@ -1,0 +1,202 @@
+"""Designs with the periods that all of them have, so that every number of one has its counterpart in the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator
+
+from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.averaging import pooled
+from rl_design_space.analysis.factorial import Grids, grids
+from rl_design_space.analysis.scales import SCALES
+from rl_design_space.analysis.statistics import resample_weights
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import canonical, measure
+from rl_design_space.learning.result import LearningCurves
+from rl_design_space.plan.differences import differing
+from rl_design_space.report.parameters import PERIODS, SEED, order
+from rl_design_space.report.points import Point
+from rl_design_space.report.runs import Runs
+
+#: Arrays of a result that have a row for each period.
+_OF_PERIODS = ("steps", "success", "optimum", "rows")
+#: A field that names a scale, see `analysis.scales`, or a measure.
+ScaleName = Annotated[
+    str,
+    BeforeValidator(
+        lambda spec: spec if isinstance(spec, str) and spec in SCALES else canonical(spec),
+        json_schema_input_type=str | dict[str, Any],
+    ),
+]
+#: Fewest periods that resampling makes sense of.
+_FEWEST = 2
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """A number of each design, and what chance does to it.
+
+    Attributes:
+        value: (designs,)
+        samples: (resamples, designs) numbers of resampled periods, the same periods in all designs.
+        each: (periods, designs) of which the numbers are means; None if they are means of none.
+    """
+
+    value: FloatArray
+    samples: FloatArray
+    each: FloatArray | None
+
+
+class Designs:
+    """Designs, points that differ in more than seed and number of periods, and their common periods.
+
+    Args:
+        runs: what was recorded; of several numbers of periods of one seed, the largest counts.
+        points: which of them; all that are recorded if None.
+
+    Raises:
+        ConfigError: designs have no two periods in common.
+    """
+
+    def __init__(self, runs: Runs, points: Sequence[Point] | None = None) -> None:
+        self._runs = runs
+        found: dict[Hashable, dict[Any, Point]] = {}
+        for point in runs.recorded if points is None else points:
+            name = tuple(sorted((key, value) for key, value in point.parameters.items() if key not in (SEED, PERIODS)))
+            seeds = found.setdefault(name, {})
+            seed = point.parameters.get(SEED)
+            if seed not in seeds or _periods(seeds[seed]) < _periods(point):
+                seeds[seed] = point
+        self._points = list(found.values())
+        if not self._points:
+            raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
+        #: Values of all parameters of each design.
+        self.parameters: list[Mapping[str, Any]] = [
+            {key: value for key, value in next(iter(seeds.values())).parameters.items() if key not in (SEED, PERIODS)}
+            for seeds in self._points
+        ]
+        common = set.intersection(*(set(seeds) for seeds in self._points))
+        #: Number of periods of each seed that all designs have.
+        self.seeds = {seed: min(_periods(each[seed]) for each in self._points) for seed in sorted(common, key=order)}
+        if self.periods < _FEWEST:
+            raise ConfigError(
+                f"{SEED}: {len(self._points)} designs have {self.periods or 'no'} periods in common, by which they "
+                "could be paired; run all of them with the same seeds, and at least two periods"
+            )
+
+    def __len__(self) -> int:
+        return len(self._points)
+
+    @property
+    def periods(self) -> int:
+        """Number of periods that all designs have, those of all seeds together."""
+        return sum(self.seeds.values())
+
+    @property
+    def names(self) -> list[str]:
+        """Parameters in which the designs differ."""
+        return differing(self.parameters)
+
+    @property
+    def trials(self) -> int:
+        """Number of trials of a period; the smallest if there are several."""
+        return min(int(parameters["task.trials"]) for parameters in self.parameters)
+
+    def sorted(self) -> Designs:
+        """Return these designs in the order of the values of their parameters."""
+        names = self.names
+        keys = [[order(each.get(name)) for name in names] for each in self.parameters]
+        ranks = sorted(range(len(self)), key=keys.__getitem__)
+        self._points = [self._points[rank] for rank in ranks]
+        self.parameters = [self.parameters[rank] for rank in ranks]
+        return self
+
+    def remarks(self) -> list[str]:
+        """Return which periods count, as sentences."""
+        seeds = f" of {len(self.seeds)} seeds" if len(self.seeds) > 1 else ""
+        parts = [f"{len(self):,} designs, paired by the {self.periods:,} periods{seeds} that all of them have."]
+        most = max(sum(map(_periods, seeds.values())) for seeds in self._points)
+        if most > self.periods:
+            parts.append(f"Some have up to {most:,} periods; those that others do not have are left out.")
+        return [" ".join(parts)]
+
+    def grids(self) -> Grids:
+        """Return the factorials that the designs consist of.
+
+        Raises:
+            ConfigError: there is one design only, or no two are equal in all choices but one.
+        """
+        if not self.names:
+            raise ConfigError("these runs differ in nothing but their seed and number of periods; choose more runs")
+        return grids(self.parameters, self.names)
+
+    def results(self, what: str = "reading runs") -> Iterator[LearningCurves]:
+        """Yield the result of each design: its common periods, one seed after the other.
+
+        Raises:
+            ConfigError: a run did not keep its periods.
+        """
+        for seeds in self._runs.watch(self._points, what):
+            parts = []
+            for seed, periods in self.seeds.items():
+                result = self._runs.once(seeds[seed])
+                cut: dict[str, Any] = {name: getattr(result, name)[:periods] for name in _OF_PERIODS}
+                parts.append(replace(result, **cut))
+            yield pooled(parts)
+
+    def numbers(
+        self, name: str, resamples: int, also: Callable[[LearningCurves], FloatArray] | None = None
+    ) -> tuple[Numbers, list[FloatArray]]:
+        """Return a scale or measure of each design, and another number of each that is computed on the way.
+
+        Args:
+            name: of the scale or measure.
+            resamples: number of bootstrap samples.
+            also: the other number.
+
+        Raises:
+            ConfigError: the measure cannot be computed.
+        """
+        measured = None if name in SCALES else measure(name)
+        weights = resample_weights(self.periods, 0, resamples)
+        equal = np.full((1, self.periods), 1 / self.periods)
+        each, values, samples, more = [], [], [], []
+        for result in self.results():
+            numbers = SCALES[name].each(result) if measured is None else measured.each(result)
+            if numbers is not None:
+                each.append(numbers)
+            elif measured is not None:
+                values.append(measured.samples(result, equal))
+                samples.append(measured.samples(result, weights))
+            if also:
+                more.append(also(result))
+        if each:
+            return of_periods(np.stack(each, axis=1), resamples), more
+        return Numbers(np.concatenate(values), np.stack(samples, axis=1), None), more
+
+
+def of_periods(each: FloatArray, resamples: int) -> Numbers:
+    """Return the means of (periods, designs) numbers, with resampled ones."""
+    return Numbers(each.mean(axis=0), resample_weights(len(each), 0, resamples) @ each, each)
+
+
+def chosen(runs: Runs, given: Mapping[str, Any]) -> list[Point]:
+    """Return the recorded points that have these values.
+
+    Raises:
+        ConfigError: there is none, or no point has a parameter of such a name.
+    """
+    runs.check(given)
+    found = [point for point in runs.recorded if point.has(given)]
+    if not found:
+        wanted = " ".join(f"{name}={value}" for name, value in given.items())
+        raise ConfigError(f"{wanted or 'these runs'}: no recorded run has these values")
+    return found
+
+
+def _periods(point: Point) -> int:
+    return int(point.parameters[PERIODS])

@@ -1,0 +1,26 @@
+"""What reports say about designs that are no full factorial."""
+
+from __future__ import annotations
+
+from rl_design_space.analysis.factorial import Grids
+
+
+def gap_remarks(grids: Grids) -> list[str]:
+    """Return what the factorials of designs are, and which choices nothing can be said about; empty of a whole one."""
+    if grids.is_whole:
+        return []
+    shapes = [" × ".join(f"{len(levels)} {factor.name}" for factor, levels in zip(part.factors, part.levels, strict=True))
+              for part in grids.parts]  # fmt: skip
+    more = f", and {len(shapes) - 4} more" if len(shapes) > 4 else ""
+    alone = f" {grids.alone:,} designs belong to none, and are left out." if grids.alone else ""
+    remarks = [
+        f"Not all combinations are there. {grids.gap}. The designs are taken as {len(shapes)} factorials "
+        f"({'; '.join(shapes[:4])}{more}), weighted by their numbers of designs: the variance within factorials is what "
+        f"is explained, and a choice with one value in a factorial explains nothing there.{alone}"
+    ]
+    for name in grids.unknown:
+        remarks.append(
+            f"{name}: nothing can be said, because no two designs differ in it and belong to one factorial; empty are "
+            f"{'; '.join(grids.empty)}."
+        )
+    return remarks
