@@ -1,5 +1,6 @@
 """Reports: tables and figures of tracked runs. Nothing here starts to learn."""
 
+from rl_design_space.report.best import Best
 from rl_design_space.report.claims_ledger import ClaimsLedger
 from rl_design_space.report.compare import Compare
 from rl_design_space.report.curves import Curves
@@ -7,7 +8,9 @@ from rl_design_space.report.curves_figure import CurvesFigure
 from rl_design_space.report.figures import Figures
 from rl_design_space.report.heatmap import Heatmap
 from rl_design_space.report.importance import Importance
+from rl_design_space.report.interactions import Interactions
 from rl_design_space.report.page import Page
+from rl_design_space.report.profile import Profile
 from rl_design_space.report.property_map import PropertyMap
 from rl_design_space.report.published_table import PublishedTable
 from rl_design_space.report.quality_map import QualityMap
@@ -17,6 +20,7 @@ from rl_design_space.report.sensitivity import Sensitivity
 from rl_design_space.report.state_space import StateSpace
 
 __all__ = [
+    "Best",
     "ClaimsLedger",
     "Compare",
     "Curves",
@@ -24,7 +28,9 @@ __all__ = [
     "Figures",
     "Heatmap",
     "Importance",
+    "Interactions",
     "Page",
+    "Profile",
     "PropertyMap",
     "PublishedTable",
     "QualityMap",

@@ -18,7 +18,7 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import canonical, measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
-from rl_design_space.report.parameters import PERIODS, SEED, order
+from rl_design_space.report.parameters import PERIODS, SEED, label, order, text
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
 
@@ -98,8 +98,10 @@ class Designs:
 
     @property
     def names(self) -> list[str]:
-        """Parameters in which the designs differ."""
-        return differing(self.parameters)
+        """Parameters in which the designs differ, those of one choice together."""
+        names = differing(self.parameters)
+        choices = [name.partition(".")[0] for name in names]
+        return sorted(names, key=lambda name: choices.index(name.partition(".")[0]))
 
     @property
     def trials(self) -> int:
@@ -196,6 +198,12 @@ def chosen(runs: Runs, given: Mapping[str, Any]) -> list[Point]:
         wanted = " ".join(f"{name}={value}" for name, value in given.items())
         raise ConfigError(f"{wanted or 'these runs'}: no recorded run has these values")
     return found
+
+
+def given_label(given: Mapping[str, Any]) -> str:
+    """Return what is given as the end of a heading; empty if nothing is."""
+    values = [",".join(map(text, value)) if isinstance(value, list) else value for value in given.values()]
+    return f", given {label(given, values)}" if given else ""
 
 
 def _periods(point: Point) -> int:

@@ -23,10 +23,9 @@ from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
-from rl_design_space.report.designs import Designs, Numbers, ScaleName, chosen
+from rl_design_space.report.designs import Designs, Numbers, ScaleName, chosen, given_label
 from rl_design_space.report.grids import gap_remarks
 from rl_design_space.report.markdown import table
-from rl_design_space.report.parameters import label
 from rl_design_space.report.runs import Runs
 
 #: Bins of trials, resamples of each, and numbers of periods that are held in memory for them.
@@ -57,8 +56,7 @@ class Importance(Report):
 
     @property
     def heading(self) -> str:
-        given = f", given {label(self.given, map(_joined, self.given.values()))}" if self.given else ""
-        return self.title or f"What matters for {self.scale}{given}"
+        return self.title or f"What matters for {self.scale}{given_label(self.given)}"
 
     def frames(self, runs: Runs) -> Frames:
         """Return effect, share, low, high, total, total_low, total_high: a row an effect, the largest share first.
@@ -120,7 +118,11 @@ class Importance(Report):
             "subtracted, so a small share may be negative. `A × B` is what the two explain together beyond the effect of "
             f"each. Interactions of three and more choices: {_percent(rest['value'])} "
             f"({_between(rest['low'], rest['high'])}). Intervals: 95 %, periods resampled, in all designs alike.",
-            *(steps if BY_TRIAL in frames else ["Designs differ in their number of trials: there is no picture by trial."]),
+            *(
+                steps
+                if BY_TRIAL in frames
+                else ["Designs differ in their number of trials: there is no picture by trial."]
+            ),
             *notes,
         ]
 
@@ -258,7 +260,3 @@ def _percent(share: float) -> str:
 
 def _between(low: float, high: float) -> str:
     return "" if np.isnan(low) else f"{100 * low:.1f} – {100 * high:.1f} %"
-
-
-def _joined(value: Any) -> str:
-    return ",".join(map(str, value)) if isinstance(value, list) else str(value)

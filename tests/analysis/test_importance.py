@@ -39,7 +39,9 @@ def least_squares(means: np.ndarray) -> dict[str, float]:
 
     axes = range(means.ndim)
     found = {f"x{a}": explained([(a,)]) for a in axes}
-    found |= {f"x{a} × x{b}": explained([(a,), (b,), (a, b)]) - explained([(a,), (b,)]) for a, b in combinations(axes, 2)}
+    found |= {
+        f"x{a} × x{b}": explained([(a,), (b,), (a, b)]) - explained([(a,), (b,)]) for a, b in combinations(axes, 2)
+    }
     return found
 
 
