@@ -1,16 +1,16 @@
 """The designs that cannot be told from the best: multiple comparisons with the best.
 
-A design is left out if some other one is better beyond doubt. For design i, all differences μ_j − μ_i are bounded from above
-at once, all bounds together with 95 %; if one of them is below 0, i is not the best. So the true best is left out in 5 % of
-cases at most, however many designs there are, and in the other cases no design is worse than the best by more than its largest
-bound over the set: Hsu, "Constrained simultaneous confidence intervals for multiple comparisons with the best", Ann. Statist.
-12, 1984.
+A design is left out if some other one is better beyond doubt. For design i, all differences μ_j − μ_i are bounded
+from above at once, all bounds together with 95 %; if one of them is below 0, i is not the best. So the true best is
+left out in 5 % of cases at most, however many designs there are, and in the other cases no design is worse than the
+best by more than its largest bound over the set: Hsu, "Constrained simultaneous confidence intervals for multiple
+comparisons with the best", Ann. Statist. 12, 1984.
 
-Differences are paired by period. How many standard errors hold them all together is the quantile of the largest of normal
-variables that hang together as the differences do, drawn by multipliers of the periods: Chernozhukov, Chetverikov and Kato,
-"Gaussian approximations and multiplier bootstrap for maxima of sums", Ann. Statist. 41, 2013. Each bound is then moved outwards
-by the skew of its own difference (Hall, "On the removal of skewness by transformation", JRSS B 54, 1992), so a design with a
-heavy tail widens its own bounds and not those of others.
+Differences are paired by period. How many standard errors hold them all together is the quantile of the largest of
+normal variables that hang together as the differences do, drawn by multipliers of the periods: Chernozhukov,
+Chetverikov and Kato, "Gaussian approximations and multiplier bootstrap for maxima of sums", Ann. Statist. 41, 2013.
+Each bound is then moved outwards by the skew of its own difference (Hall, "On the removal of skewness by
+transformation", JRSS B 54, 1992), so a design with a heavy tail widens its own bounds and not those of others.
 """
 
 from __future__ import annotations

@@ -59,8 +59,8 @@ class Cells:
 class Importance:
     """Share of the variance between cells that an effect explains.
 
-    A share may be slightly negative, as its expected chance part has been subtracted. If the variance between cells cannot
-    be told from 0, shares are those of the largest variance that the periods allow.
+    A share may be slightly negative, as its expected chance part has been subtracted. If the variance between cells
+    cannot be told from 0, shares are those of the largest variance that the periods allow.
 
     Attributes:
         effect: name of a choice, or of two joined by ` × `: their interaction, without the effects of each.

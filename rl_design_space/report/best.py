@@ -111,9 +111,10 @@ class Best(Report):
             f"**{what} among the best** ({STAR}): they cannot be told from the best at 95 %.{hidden}",
             table(shown),
             f"By {escaped(measure(self._measure).meaning)}. {about['note']}",
-            "The set holds the true best with 95 %, and all *losses at most* hold together with it, however many designs "
-            "there are: multiple comparisons with the best (Hsu, Ann. Statist. 12, 1984), the differences paired by period; "
-            "docs/decisions/0027-what-matters.md has the details. *Probability of being best*: share of 1,000 resamples. "
+            "The set holds the true best with 95 %, and all *losses at most* hold together with it, however many "
+            "designs there are: multiple comparisons with the best (Hsu, Ann. Statist. 12, 1984), the differences paired "
+            "by period; docs/decisions/0027-what-matters.md has the details. *Probability of being best*: share of 1,000 "
+            "resamples. "
             "*Periods to decide*: with so many, a difference as measured is found with a probability of 80 %.",
         ]
 
@@ -135,7 +136,8 @@ class Best(Report):
             more = int(needed.max()) - int(frames[_ABOUT]["periods"][0])
             nearest = int(needed.min()) - int(frames[_ABOUT]["periods"][0])
             lines.append(
-                f"about {max(nearest, 0):,} more periods would leave out the next of them, {max(more, 0):,} more the last"
+                f"about {max(nearest, 0):,} more periods would leave out the next of them, "
+                f"{max(more, 0):,} more the last"
             )
         return lines
 
@@ -149,7 +151,7 @@ def _labels(rows: pd.DataFrame) -> list[str]:
     names = [name for name in rows.columns if name not in _FOUND]
     keys = rows[names].to_dict("records") if names else [{} for _ in range(len(rows))]
     return [
-        label([name for name in key if not pd.isna(key[name])], (v for v in key.values() if not pd.isna(v)))
+        label([str(name) for name in key if not pd.isna(key[name])], (v for v in key.values() if not pd.isna(v)))
         for key in keys
     ]
 
@@ -178,7 +180,7 @@ def _draw(rows: pd.DataFrame, value: str, title: str) -> Figure:
     left.xaxis.set_major_formatter(lambda each, _: f"{each:,g}")
     left.set_xlabel(f"{value}, with 95 % intervals of each")
     left.legend(frameon=False, fontsize=8, loc="best")
-    right.set_xlabel("probability of being best")
+    right.set_xlabel("probability\nof being best")
     right.set_xlim(0, 1)
     for axis in (left, right):
         style.tidy(axis)

@@ -15,12 +15,12 @@ def gap_remarks(grids: Grids) -> list[str]:
     alone = f" {grids.alone:,} designs belong to none, and are left out." if grids.alone else ""
     remarks = [
         f"Not all combinations are there. {grids.gap}. The designs are taken as {len(shapes)} factorials "
-        f"({'; '.join(shapes[:4])}{more}), weighted by their numbers of designs: the variance within factorials is what "
-        f"is explained, and a choice with one value in a factorial explains nothing there.{alone}"
+        f"({'; '.join(shapes[:4])}{more}), weighted by their numbers of designs: the variance within factorials is "
+        f"what is explained, and a choice with one value in a factorial explains nothing there.{alone}"
     ]
-    for name in grids.unknown:
-        remarks.append(
-            f"{name}: nothing can be said, because no two designs differ in it and belong to one factorial; empty are "
-            f"{'; '.join(grids.empty)}."
-        )
+    remarks += [
+        f"{name}: nothing can be said, because no two designs differ in it and belong to one factorial; empty are "
+        f"{'; '.join(grids.empty)}."
+        for name in grids.unknown
+    ]
     return remarks

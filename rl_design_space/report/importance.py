@@ -91,8 +91,7 @@ class Importance(Report):
 
     def text(self, frames: Frames) -> list[str]:
         """Return the shares, what they are shares of, and which designs they are computed from."""
-        about = frames[_ABOUT].set_index("what")
-        variance, rest = (about.loc[what] for what in ("variance", "rest"))
+        variance, rest = (_about(frames, what) for what in ("variance", "rest"))
         notes = [str(note) for note in frames[_ABOUT]["note"] if note]
         found = f"{variance['value']:.4g} ({style.interval(variance['low'], variance['high'])})"
         scale = SCALES[self.scale].meaning if self.scale in SCALES else f"{self.scale}, {measure(self.scale).meaning}"
@@ -115,20 +114,20 @@ class Importance(Report):
             *(noise if _is_noise(variance) else []),
             table(percent),
             f"{shares} of the variance {found} between the means of designs, of {scale}. What chance adds to it is "
-            "subtracted, so a small share may be negative. `A × B` is what the two explain together beyond the effect of "
-            f"each. Interactions of three and more choices: {_percent(rest['value'])} "
+            "subtracted, so a small share may be negative. `A × B` is what the two explain together beyond the effect "
+            f"of each. Interactions of three and more choices: {_percent(rest['value'])} "
             f"({_between(rest['low'], rest['high'])}). Intervals: 95 %, periods resampled, in all designs alike.",
             *(
                 steps
                 if BY_TRIAL in frames
-                else ["Designs differ in their number of trials: there is no picture by trial."]
+                else ["There is no picture by trial, because designs differ in their number of trials."]
             ),
             *notes,
         ]
 
     def numbers(self, frames: Frames) -> list[str]:
         """Return the largest shares."""
-        variance = frames[_ABOUT].set_index("what").loc["variance"]
+        variance = _about(frames, "variance")
         rows = [
             f"{row['effect']}: {_percent(row['share'])} ({_between(row['low'], row['high'])})"
             + ("" if np.isnan(row["total"]) else f", with all interactions {_percent(row['total'])}")
@@ -189,7 +188,7 @@ def _draw(frames: Frames, title: str, scale: str) -> Figure:
     _bars(axes[0, 0], shown)
     if both:
         _stacks(axes[0, 1], frames[BY_TRIAL], list(frames[MAIN]["effect"]), scale if scale in SCALES else USUAL)
-    variance = frames[_ABOUT].set_index("what").loc["variance"]
+    variance = _about(frames, "variance")
     figure.suptitle(f"{title}: {_NOISE}" if _is_noise(variance) else title, fontsize=11)
     return figure
 
@@ -244,6 +243,11 @@ def _stacks(axis: Axes, by_trial: pd.DataFrame, ordered: Sequence[str], scale: s
     axis.legend(
         handles[::-1], names[::-1], frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1)
     )  # fmt: skip
+
+
+def _about(frames: Frames, what: str) -> Mapping[Any, Any]:
+    found: Mapping[Any, Any] = frames[_ABOUT].set_index("what").to_dict("index")[what]
+    return found
 
 
 def _is_noise(variance: Mapping[Any, Any]) -> bool:

@@ -60,8 +60,9 @@ class Interactions(Report):
     def frames(self, runs: Runs) -> Frames:
         """Return a row for each pair of choices, value of one, and value of the other.
 
-        The columns are pair, value, reference, at, difference (value − reference), low, high, interaction (that difference
-        minus its mean over the values of the other choice), interaction_low, interaction_high, designs; 95 % intervals.
+        The columns are pair, value, reference, at, difference (value − reference), low, high, interaction (that
+        difference minus its mean over the values of the other choice), interaction_low, interaction_high, designs.
+        Intervals are 95 %.
         """
         designs = Designs(runs, chosen(runs, self.given)).sorted()
         grids = designs.grids()
@@ -105,8 +106,8 @@ class Interactions(Report):
         return [
             *parts,
             f"*Difference*: of {scale}, value minus the one it is compared against, mean over all other choices. "
-            "*Interaction*: how much it differs from its mean over the values of the other choice; its interval is that of 0 "
-            "where the effect is the same everywhere. Paired by period, periods resampled in all designs alike.",
+            "*Interaction*: how much it differs from its mean over the values of the other choice; 0 where the effect is "
+            "the same everywhere. Paired by period, periods resampled in all designs alike.",
             *frames[_ABOUT]["note"],
         ]
 
@@ -114,7 +115,7 @@ class Interactions(Report):
         """Return the largest interaction of each pair."""
         lines = []
         for pair, rows in frames[MAIN].groupby("pair", sort=False):
-            row = rows.loc[rows["interaction"].abs().idxmax()]
+            row = max(rows.to_dict("records"), key=lambda row: abs(row["interaction"]))
             times = f", {np.exp(row['difference']):.2f} times" if _is_log(self.scale) else ""
             lines.append(
                 f"{pair}: {row['value']} against {row['reference']} at {row['at']}: {number(row['difference'])} "

@@ -49,7 +49,7 @@ class Profile(Report):
         return self.title or f"Performance profiles{given_label(self.given)}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Return design, steps_over_optimum, share, low, high: the share of periods up to each number of steps / optimum.
+        """Return design, steps_over_optimum, share, low, high: the share of periods up to each steps / optimum.
 
         `_improvement` has a, b, probability, low, high: of a needing fewer steps than b in the same layout.
         """
@@ -117,14 +117,14 @@ class Profile(Report):
             "Share of layouts in which all trials together take at most so many times the optimum:",
             table(pd.DataFrame(shares, columns=["design", *(f"≤ {level:g}" for level in levels)])),
             *([f"{rows['design'].iloc[0]}:", table(against)] if len(against) else []),
-            "After Agarwal et al. (NeurIPS 2021), with the periods as tasks: every period has a layout of its own, which all "
-            "designs meet. The probability of improvement is the share of layouts in which a design needs fewer steps than the "
-            "other, a tie counting half. Intervals: 95 %, periods resampled, at each level by itself.",
+            "After Agarwal et al. (NeurIPS 2021), with the periods as tasks: every period has a layout of its own, which "
+            "all designs meet. The probability of improvement is the share of layouts in which a design needs fewer steps "
+            "than the other, a tie counting half. Intervals: 95 %, periods resampled, at each level by itself.",
             *frames[_ABOUT]["note"],
         ]
 
     def numbers(self, frames: Frames) -> list[str]:
-        """Return how near the optimum half of the layouts of the first design are, and how often it beats the others."""
+        """Return how near the optimum half of the layouts are, and how often the first design beats the others."""
         rows = frames[MAIN]
         lines = []
         for name, line in list(rows.groupby("design", sort=False))[:5]:

@@ -72,7 +72,7 @@ def test_the_periods_that_would_decide_do_decide_mostly():
     each = rng.normal(size=(100, 2))
     each = (each - each.mean(axis=0)) / (each[:, 1] - each[:, 0]).std(ddof=1) * error + [0, difference]
     needed = int(found(each).periods[1])
-    decided = [not found(rng.normal(size=(needed, 2)) + [0, difference]).inside[1] for _ in range(100)]
+    decided = [not found(rng.normal(size=(needed, 2)) + np.array([0, difference])).inside[1] for _ in range(100)]
     assert 0.65 <= np.mean(decided) <= 0.95
 
 

@@ -66,7 +66,7 @@ def test_ishigami_has_its_known_sobol_indices():
 
 
 def test_a_discrete_function_has_its_known_indices():
-    """f = a + 2 b + a b c of independent signs: variances 1, 4 and 1."""
+    """The function a + 2 b + a b c of independent signs: variances 1, 4 and 1."""
     a, b, c = np.meshgrid([-1, 1], [-1, 1], [-1, 1], indexing="ij")
     found = exact((a + 2 * b + a * b * c).astype(float))
     known = {"x0": 1 / 6, "x1": 4 / 6, "x2": 0, "x0 × x1": 0, "x0 × x2": 0, "x1 × x2": 0}
@@ -95,7 +95,7 @@ def test_noise_has_no_variance_on_average_and_says_that_it_is_noise():
 
 def test_intervals_hold_the_true_share_about_as_often_as_they_say():
     rng = np.random.default_rng(5)
-    means = np.add.outer([0.0, 0.3, 0.6], [0.0, 0.5]) + [[0, 0], [0.2, 0], [0, 0.2]]
+    means = np.add.outer([0.0, 0.3, 0.6], [0.0, 0.5]) + np.array([[0, 0], [0.2, 0], [0, 0.2]])
     truth = {**shares(exact(means)), "total": totals(exact(means))["x0"]}
     held = dict.fromkeys(truth, 0)
     for _ in range(300):
