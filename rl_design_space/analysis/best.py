@@ -142,7 +142,7 @@ def _reach(quantile: float, each: FloatArray | None, design: int, sign: int = 1)
     skew = sign * _ratio(np.einsum("pd,pd->d", squares, away) / len(each), squares.mean(axis=0) ** 1.5)
     skew /= np.sqrt(len(each))
     skew[np.abs(skew) < _NO_SKEW] = _NO_SKEW
-    return np.maximum(quantile, 3 / skew * (1 - np.cbrt(1 - skew * (quantile + skew / 6))))
+    return np.asarray(np.maximum(quantile, 3 / skew * (1 - np.cbrt(1 - skew * (quantile + skew / 6)))))
 
 
 def _errors(samples: FloatArray, each: FloatArray | None, design: int) -> FloatArray:

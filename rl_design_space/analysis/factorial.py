@@ -177,7 +177,7 @@ def _grown(codes: NDArray[np.intp], around: int | None) -> NDArray[np.bool_]:
     """Return which points make a factorial, that of a given point if there is one."""
     inside = np.ones(len(codes), dtype=bool)
     if around is not None and not ((codes != codes[around]).sum(axis=1) == 1).any():
-        return np.arange(len(codes)) == around
+        return np.asarray(np.arange(len(codes)) == around)
     while True:
         counts = [np.bincount(column) for column in codes[inside].T]
         sizes = np.array([np.count_nonzero(count) for count in counts], dtype=float)
@@ -203,7 +203,7 @@ def _extended(codes: NDArray[np.intp], inside: NDArray[np.bool_]) -> NDArray[np.
     for factor, each in enumerate(used):
         elsewhere = np.delete(among, factor, axis=0).all(axis=0)
         size = np.prod([other.sum() for place, other in enumerate(used) if place != factor], dtype=float)
-        used[factor] = each | (np.bincount(codes[elsewhere, factor], minlength=len(each)) == size)
+        used[factor] = np.asarray(each | (np.bincount(codes[elsewhere, factor], minlength=len(each)) == size))
         among[factor] = used[factor][codes[:, factor]]
     whole: NDArray[np.bool_] = among.all(axis=0)
     return whole

@@ -186,7 +186,7 @@ def _projected(values: FloatArray, names: _Names, keep: _Names) -> FloatArray:
     over = tuple(axis for axis, name in enumerate(names, start=1) if name not in keep)
     kept: FloatArray = values.mean(axis=over) if over else values
     kept = kept.reshape(len(kept), -1)
-    return kept - kept.mean(axis=1, keepdims=True)
+    return np.asarray(kept - kept.mean(axis=1, keepdims=True))
 
 
 def _ratio(part: float, whole: float, parts: FloatArray, wholes: FloatArray) -> Estimate:

@@ -112,9 +112,9 @@ class Best(Report):
             table(shown),
             f"By {escaped(measure(self._measure).meaning)}. {about['note']}",
             "The set holds the true best with 95 %, and all *losses at most* hold together with it, however many "
-            "designs there are: multiple comparisons with the best (Hsu, Ann. Statist. 12, 1984), the differences paired "
-            "by period; docs/decisions/0027-what-matters.md has the details. *Probability of being best*: share of 1,000 "
-            "resamples. "
+            "designs there are: multiple comparisons with the best (Hsu, Ann. Statist. 12, 1984), the differences "
+            "paired by period; docs/decisions/0027-what-matters.md has the details. *Probability of being best*: "
+            "share of 1,000 resamples. "
             "*Periods to decide*: with so many, a difference as measured is found with a probability of 80 %.",
         ]
 

@@ -6,7 +6,7 @@ from rl_design_space.analysis.factorial import Grids
 
 
 def gap_remarks(grids: Grids) -> list[str]:
-    """Return what the factorials of designs are, and which choices nothing can be said about; empty of a whole one."""
+    """Return what the factorials are, and which choices nothing can be said about; empty if there is a whole one."""
     if grids.is_whole:
         return []
     shapes = [" × ".join(f"{len(levels)} {factor.name}" for factor, levels in zip(part.factors, part.levels, strict=True))

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
@@ -158,7 +159,7 @@ def _frame(whole: Decomposition) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=_COLUMNS)
 
 
-def _trial_frame(grids: Grids, values: FloatArray, edges: Sequence[int], runs: Runs) -> pd.DataFrame:
+def _trial_frame(grids: Grids, values: FloatArray, edges: NDArray[np.intp], runs: Runs) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
     for place in runs.watch(range(values.shape[2]), "decomposing by trial"):
         parts = [
@@ -199,13 +200,13 @@ def _bars(axis: Axes, shown: pd.DataFrame) -> None:
     axis.barh(y[with_total], shown["total"][with_total], height=0.72, color="#bcd3e6", label="with all interactions")
     axis.barh(y, shown["share"], height=0.4, color=style.DARK_BLUE, label="alone")
     for place, which, low, high, colour in (
-        (0.2, "total", "total_low", "total_high", "0.45"),
+        (0.28, "total", "total_low", "total_high", "0.45"),
         (0.0, "share", "low", "high", style.ORANGE),
     ):
         known = shown[which].notna()
         reach = style.beyond(shown[low], shown[which], shown[high])[:, known]
         axis.errorbar(
-            shown[which][known], y[known] + place + (0.08 if place else 0), xerr=reach, fmt="none", ecolor=colour, elinewidth=1.2, capsize=2
+            shown[which][known], y[known] + place, xerr=reach, fmt="none", ecolor=colour, elinewidth=1.2, capsize=2
         )  # fmt: skip
     axis.axvline(0, color="0.4", linewidth=0.8)
     axis.set_yticks(y, shown["effect"])
@@ -231,7 +232,8 @@ def _stacks(axis: Axes, by_trial: pd.DataFrame, ordered: Sequence[str], scale: s
         above = below + stack[effect].fillna(0).to_numpy()
         hatch = "///" if PAIR in effect else None
         axis.stairs(
-            above, edges, baseline=below, fill=True, facecolor=colour, edgecolor="white", hatch=hatch, linewidth=0, label=effect
+            above, edges, baseline=below, fill=True, facecolor=colour, edgecolor="white", hatch=hatch, linewidth=0,
+            label=effect,
         )  # fmt: skip
         below = above
     axis.set_xlim(edges[0], edges[-1])

@@ -106,8 +106,8 @@ class Interactions(Report):
         return [
             *parts,
             f"*Difference*: of {scale}, value minus the one it is compared against, mean over all other choices. "
-            "*Interaction*: how much it differs from its mean over the values of the other choice; 0 where the effect is "
-            "the same everywhere. Paired by period, periods resampled in all designs alike.",
+            "*Interaction*: how much it differs from its mean over the values of the other choice; 0 where the effect "
+            "is the same everywhere. Paired by period, periods resampled in all designs alike.",
             *frames[_ABOUT]["note"],
         ]
 
