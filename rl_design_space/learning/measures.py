@@ -169,15 +169,21 @@ def values(names: Iterable[str], periods: Periods) -> dict[str, float]:
     Raises:
         ConfigError: there is no such measure, or it cannot be computed.
     """
-    count = len(periods.steps)
-    equal = np.full((1, count), 1 / count)
-    return {name: float(measure(name).samples(periods, equal)[0]) for name in names}
+    return {name: _value(measure(name), periods) for name in names}
 
 
 def forms() -> dict[str, str]:
     """Return the meaning of each measure by its name, that of a family with its usual parameter: `steps_after=30`."""
     families = [canonical(name) for name in FAMILIES]
     return {name: measure(name).meaning for name in (*MEASURES, *families)}
+
+
+def _value(measured: Measure, periods: Periods) -> float:
+    each = measured.each(periods)
+    if each is not None:
+        return float(each.mean())
+    count = len(periods.steps)
+    return float(measured.samples(periods, np.full((1, count), 1 / count))[0])
 
 
 def _of_spec(spec: MeasureSpec) -> Measure:
@@ -195,7 +201,8 @@ def _plain(spec: MeasureSpec) -> Measure:
     if name not in MEASURES and name not in FAMILIES:
         raise ConfigError.unknown("measure", spec.name, (*MEASURES, *FAMILIES))
     if spec.parameters:
-        raise ConfigError.unknown("parameter", next(iter(spec.parameters)), ("statistic",), f"measure {spec.name}: ")
+        unknown = ConfigError.unknown("parameter", next(iter(spec.parameters)), ("statistic",))
+        raise ConfigError(f"measure {spec.name}: {unknown}")
     if name in FAMILIES:
         return FAMILIES[name].make(FAMILIES[name].value(name, spec.value))
     if spec.value is not None:

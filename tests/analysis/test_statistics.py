@@ -13,7 +13,9 @@ from hypothesis import strategies as st
 
 from rl_design_space.analysis import statistics
 from rl_design_space.analysis.statistics import mean_estimate, share_estimate, top_percent_weight
-from tests.analysis.heavy_tails import periods
+from rl_design_space.design import DesignPoint, Direction, Linear, Task
+from rl_design_space.learning import simulate
+from tests.analysis.heavy_tails import periods, stored
 
 SKEWED = np.random.default_rng(1).lognormal(size=40)
 
@@ -162,3 +164,15 @@ def test_the_interval_without_resampling_is_close_to_the_resampled_one(monkeypat
 def test_a_share_of_nothing_or_all_has_an_interval_with_a_width(true: int):
     found = share_estimate(np.arange(500) < true)
     assert found.high - found.low == pytest.approx(0.0076, abs=1e-4)
+
+
+def test_the_stored_periods_are_those_of_the_kernel():
+    point = DesignPoint(
+        task=Task(goals=2, periods=300),
+        exploration=Linear(k=0.02),
+        representation=Direction(goals="remaining"),
+        seed=2**31,
+    )
+    totals = simulate(point, threads=1).total_steps
+    assert np.isin(totals, periods("remaining_10_2")).all()
+    assert np.array_equal(stored(totals).cumsum(), np.sort(totals))
