@@ -79,6 +79,15 @@ def share_estimate(which: NDArray[np.bool_]) -> Estimate:
     return Estimate(float(which.mean()), float(interval.low), float(interval.high))
 
 
+def mean_share_estimate(values: FloatArray) -> Estimate:
+    """Return the mean of shares with its interval: that of Wilson if each is 0 or 1, since resampling 0 of n gives 0.
+
+    Args:
+        values: (periods,) a share for each period, such as that of its trials that fail.
+    """
+    return share_estimate(values > 0) if np.isin(values, (0, 1)).all() else mean_estimate(values)
+
+
 def top_percent_weight(values: FloatArray) -> float:
     """Return the mean of the largest 1 % of the values over the mean of all: 1 if all are equal, large for heavy tails.
 

@@ -83,24 +83,30 @@ MEASURES: Mapping[str, Measure] = {
         "steps of a trial in the second half of the trials", lambda periods: second_half(periods.steps)
     ),
     "failed_trials": PeriodMeasure(
-        "share of trials that miss the final goal", lambda periods: 1 - share(periods.success.mean(axis=1))
+        "share of trials that miss the final goal",
+        lambda periods: 1 - share(periods.success.mean(axis=1)),
+        of_shares=True,
     ),
     "failed_periods": PeriodMeasure(
         "share of periods with a trial that misses the final goal",
         lambda periods: 1 - share(periods.success.all(axis=1)),
+        of_shares=True,
     ),
     "final_steps_over_optimum": PeriodMeasure(f"steps / optimum in the last {FINAL_TRIALS} trials", final_over_optimum),
     "final_failed": PeriodMeasure(
         f"share of the last {FINAL_TRIALS} trials that miss the final goal",
         lambda periods: share((~periods.success[:, -FINAL_TRIALS:]).mean(axis=1)),
+        of_shares=True,
     ),
     "not_near_optimum": PeriodMeasure(
         f"share of periods whose last {FINAL_TRIALS} trials need more than {NEAR} times the optimum",
         lambda periods: share(final_over_optimum(periods) > NEAR),
+        of_shares=True,
     ),
     "outliers": PeriodMeasure(
         f"share of trials in the second half that need more than {OUTLIER} times the optimum",
         lambda periods: second_half(periods.over_optimum > OUTLIER),
+        of_shares=True,
     ),
     "trials_to_final": CurveMeasure(
         f"trials until the {{}} curve of steps / optimum stays within {NEAR} times its own final level: a curve that "

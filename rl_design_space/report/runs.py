@@ -268,12 +268,13 @@ class Runs:
         Raises:
             ConfigError: there is no such scalar or measure.
         """
+        measured = measure_of(name)
         recorded = [point for point in points if point.run]
         repetitions = [repetition(point) for point in recorded]
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):
-            return Bounded(*mean_of_runs(known, repetitions))
-        measured, results = measure_of(name), [result for point in recorded if (result := self.kept(point))]
+            return Bounded(*mean_of_runs(known, repetitions, of_shares=bool(measured and measured.is_share)))
+        results = [result for point in recorded if (result := self.kept(point))]
         if measured and results and len(results) == len(recorded) and measured.each(results[0]) is None:
             return estimate(measured, results, repetitions)
         numbers = [self._scalar(seeds, name) for seeds in by_design(recorded)]

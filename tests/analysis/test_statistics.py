@@ -12,7 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rl_design_space.analysis import statistics
-from rl_design_space.analysis.statistics import mean_estimate, share_estimate, top_percent_weight
+from rl_design_space.analysis.averaging import mean_of_runs
+from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.analysis.statistics import mean_estimate, mean_share_estimate, share_estimate, top_percent_weight
 from rl_design_space.design import DesignPoint, Direction, Linear, Task
 from rl_design_space.learning import simulate
 from tests.analysis.heavy_tails import periods, stored
@@ -162,8 +164,13 @@ def test_the_interval_without_resampling_is_close_to_the_resampled_one(monkeypat
 
 @pytest.mark.parametrize("true", [0, 500])
 def test_a_share_of_nothing_or_all_has_an_interval_with_a_width(true: int):
-    found = share_estimate(np.arange(500) < true)
+    which = np.arange(500) < true
+    found = share_estimate(which)
     assert found.high - found.low == pytest.approx(0.0076, abs=1e-4)
+    assert mean_share_estimate(which.astype(float)) == found
+    assert mean_share_estimate(np.append(which, 0.5)) == mean_estimate(np.append(which, 0.5))
+    several = [Repetition(design, 0) for design in "ab"]
+    assert mean_of_runs([which.astype(float)] * 2, several, of_shares=True) == found
 
 
 def test_the_stored_periods_are_those_of_the_kernel():
