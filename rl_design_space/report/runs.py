@@ -118,16 +118,20 @@ class Runs:
             if name not in known:
                 raise ConfigError.unknown("parameter of these runs", name, known)
 
-    def with_larger(self, larger: Runs) -> Runs:
-        """Return these runs and larger samples of their designs, see `points.largest`; other designs are left out."""
+    def with_larger(self, larger: Runs, command: str) -> Runs:
+        """Return these runs and larger samples of their designs, see `points.largest`; other designs are left out.
+
+        Args:
+            larger: the larger samples.
+            command: command line that makes them.
+        """
         runs = copy(self)
         known = {sample(point) for point in self.points}
         designs = {design for design, _ in known}
         more = [point for point in larger.points if sample(point)[0] in designs and sample(point) not in known]
         runs.points = [*self.points, *more]
-        recorded = sum(point.run is not None for point in more)
-        if recorded:
-            runs.made_by = f"{self.made_by} Larger samples of {recorded} points: {larger.made_by}"
+        if recorded := sum(point.run is not None for point in more):
+            runs.made_by = f"{self.made_by} Larger samples of {recorded} points are from runs of {code(command)}."
         runs.remarks = [*self.remarks, *(larger.remarks if recorded < len(more) else [])]
         return runs
 
