@@ -53,6 +53,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     if leads_out(chosen.name or ""):
         raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
+    from rl_design_space.commands.folders import report_folder
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
@@ -60,6 +61,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
 
     where, also_typed = _where(chosen.where)
     settings = settings_of([*also_typed, *chosen.overrides])
+    folder = report_folder(settings)
     tell_of_unused_variables(settings.tracking)
     reader = settings.tracking.reader()
     figure = _figure(word, chosen)
@@ -72,7 +74,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         remarks = [f"{left_out.capitalize()}."]
     runs = Runs.of_frame(frame, reader, command, remarks)
     name = chosen.name or _name(word, figure.heading)
-    return figure.write_runs(runs, Path(settings.outputs) / "report" / name)
+    return figure.write_runs(runs, folder / name)
 
 
 def flags(word: str) -> list[str]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rl_design_space._version import __version__
+from rl_design_space.commands.folders import report_folder
 from rl_design_space.commands.interrupts import handle_interrupts
 from rl_design_space.commands.messages import shown_as_messages
 from rl_design_space.config import user_config
@@ -126,12 +128,19 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     with shipped_config():
         study = load_study(name, overrides)
     settings = build_settings(study.config)
+    folder = report_folder(settings)
     tell_of_unused_variables(settings.tracking)
     report = study.report()
     reader = settings.tracking.reader() if study.plan else NoRuns()
     _report_missing(study, reader)
-    paths: list[Path] = report.write(study, reader, Path(settings.outputs) / "report")
-    reader.attach(study.name, paths)
+    paths: list[Path] = report.write(study, reader, folder)
+    try:
+        reader.attach(study.name, paths)
+    except OSError as error:
+        if error.errno not in (errno.EROFS, errno.EACCES):
+            raise
+        reason = f"{error.filename} cannot be written to ({error.strerror})"
+        print(f"not added to the files of the sweep's run: {reason}", file=sys.stderr)
     return paths
 
 
