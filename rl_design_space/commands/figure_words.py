@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
-import sys
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -54,6 +53,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
     from rl_design_space.commands.folders import report_folder
+    from rl_design_space.commands.messages import tell
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
@@ -70,7 +70,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     frame, left_out = reader.select(chosen.study, chosen.filter, where, outdated=of_any_code)
     remarks = []
     if left_out:
-        print(f"{left_out}; to include them, name their code, as in {_INCLUDING[word]}", file=sys.stderr)
+        tell(f"{left_out}; to include them, name their code, as in {_INCLUDING[word]}")
         remarks = [f"{left_out.capitalize()}."]
     runs = Runs.of_frame(frame, reader, command, remarks)
     name = chosen.name or _name(word, figure.heading)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rl_design_space._version import __version__
 from rl_design_space.commands.folders import report_folder
 from rl_design_space.commands.interrupts import handle_interrupts
-from rl_design_space.commands.messages import shown_as_messages
+from rl_design_space.commands.messages import shown_as_messages, tell
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
@@ -140,7 +140,7 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
         if error.errno not in (errno.EROFS, errno.EACCES):
             raise
         reason = f"{error.filename} cannot be written to ({error.strerror})"
-        print(f"not added to the files of the sweep's run: {reason}", file=sys.stderr)
+        tell(f"not added to the files of the sweep's run: {reason}")
     return paths
 
 
@@ -154,4 +154,4 @@ def _report_missing(study: Study, reader: Reader) -> None:
     if missing and missing == len(study.plan):
         raise ConfigError(f"study {study.name}: none of its {missing} points is recorded; `{study.command}` makes them")
     if missing:
-        print(f"missing: {missing} of {len(study.plan)} points; `{study.command}` makes them", file=sys.stderr)
+        tell(f"missing: {missing} of {len(study.plan)} points; `{study.command}` makes them")

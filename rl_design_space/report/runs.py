@@ -9,6 +9,7 @@ import pandas as pd
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
+from rl_design_space._visible import visible
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.errors import ConfigError
@@ -88,7 +89,7 @@ class Runs:
             raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
         points = []
         for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
-            there = {str(name): value for name, value in record.items() if not pd.isna(value)}
+            there = {visible(str(name)): _shown(value) for name, value in record.items() if not pd.isna(value)}
             scalars = {name: there.pop(name) for name in SCALARS if name in there}
             run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
             points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
@@ -260,6 +261,10 @@ class Runs:
             return scalars[name]
         numbers = [point.run.scalars.get(name, float("nan")) for point in seeds if point.run]
         return sum(numbers) / len(numbers)
+
+
+def _shown(value: Any) -> Any:
+    return visible(value) if isinstance(value, str) else value
 
 
 def _joined(numbers: Iterable[Any]) -> str:
