@@ -84,8 +84,12 @@ def flags(word: str) -> list[str]:
 
 def _parser(word: str) -> argparse.ArgumentParser:
     """Return the parser of a word; arguments that are fields of its report have their names."""
+    arguments = {"compare": "A B", "sensitivity": "PARAMETER"}
+    options = "[--where KEY=VALUE ...] [--study STUDY] [options] [outputs=… tracking.uri=…]"
     parser = argparse.ArgumentParser(
         prog=f"rl-design-report {word}",
+        # By itself, argparse would name the arguments after --where, which would take them for its own.
+        usage=f"%(prog)s {arguments[word]} {options}" if word in arguments else None,
         description=f"Draw {WORDS[word]}, from recorded runs, into outputs/report: PNG, SVG, CSV and Markdown.",
     )
     if word == "heatmap":
@@ -95,10 +99,12 @@ def _parser(word: str) -> argparse.ArgumentParser:
         parser.add_argument("--by", required=True, metavar="PARAMS", help="parameters that make the lines")
         parser.add_argument("--curve", default="steps/mean", help="which learning curve (default: %(default)s)")
     elif word == "sensitivity":
-        parser.add_argument("parameter", help="such as exploration.k")
+        parser.add_argument("parameter", metavar="PARAMETER", help="such as exploration.k")
     else:
-        parser.add_argument("a", help="values of parameters, such as representation=ad_hoc; several in quotes")
-        parser.add_argument("b", help="values of the same parameters on the other side")
+        parser.add_argument(
+            "a", metavar="A", help="values of parameters, such as representation=ad_hoc; several in quotes"
+        )
+        parser.add_argument("b", metavar="B", help="values of the same parameters on the other side")
     if word != "curves":
         parser.add_argument("--value", default="total_steps", help="which scalar (default: %(default)s)")
     if word != "sensitivity":

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
+#: Stands for the number of runs in a text.
+_RUNS = "\0"
+
 
 class Runs:
     """Design points and their results; each result is read once.
@@ -35,7 +38,7 @@ class Runs:
         points: in any order.
         reader: of the tracking store.
         name: what the points are called in messages.
-        made_by: paragraph that says where the report comes from.
+        made_by: paragraph that says where the report comes from; `_RUNS` in it stands for the number of runs used.
         remarks: more paragraphs, such as how many points are missing.
         mark: short note for the corner of a picture.
     """
@@ -50,10 +53,13 @@ class Runs:
         mark: str = "",
     ) -> None:
         self.points = list(points)
-        self.made_by, self.remarks, self.mark = made_by, remarks, mark
+        self.remarks, self.mark = remarks, mark
+        self._made_by = made_by
         self._name = name
         self._reader = reader
         self._results: dict[Point, LearningCurves | None] = {}
+        #: Points whose results were asked for.
+        self._used: set[Point] = set()
 
     @classmethod
     def of_study(cls, study: Study, reader: Reader) -> Runs:
@@ -95,10 +101,15 @@ class Runs:
             run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
             points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
         periods = _joined({point.parameters["task.periods"] for point in points})
-        runs = "1 run" if len(points) == 1 else f"{len(points)} runs"
-        return cls(
-            points, reader, made_by=f"Made by {code(command)} from {runs}, {periods} periods a point.", remarks=remarks
-        )
+        made_by = f"Made by {code(command)} from {_RUNS}, {periods} periods a point."
+        return cls(points, reader, made_by=made_by, remarks=remarks)
+
+    @property
+    def made_by(self) -> str:
+        """Paragraph that says where the report comes from; call it after the report has read what it shows."""
+        used, found = len(self._used), len(self.points)
+        number = f"{used} of {found} runs" if used < found else "1 run" if found == 1 else f"{found} runs"
+        return self._made_by.replace(_RUNS, number)
 
     @property
     def recorded(self) -> list[Point]:
@@ -185,6 +196,7 @@ class Runs:
 
     def kept(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
+        self._used.add(point)
         if point not in self._results:
             arrays = self._reader.periods(point.run) if point.run else {}
             design = point.of_plan.point if point.of_plan else None
@@ -225,6 +237,7 @@ class Runs:
         Raises:
             ConfigError: there is no such curve.
         """
+        self._used.add(point)
         arrays = self._reader.periods(point.run) if point.run else {}
         if name not in arrays or arrays[name].ndim != 1:
             raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])
