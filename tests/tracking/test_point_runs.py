@@ -86,7 +86,8 @@ class Machine:
 
     def __init__(self, server: Server, folder: Path, number: int, clock: int) -> None:
         self._server, self._clock, self._number = server, clock, number
-        address = StoreAddress("http://server", "points", "sweeps")
+        # MLflow's client is the same for servers and for databases of an unknown schema.
+        address = StoreAddress("postgresql://server/mlflow", "points", "sweeps")
         self._spool = Spool.of(folder / str(number), address)
         self._locks = locks_at(folder / f"{number}.claims")
         content = {"name": "", "started": 0, "tags": {f"study.{number}": "true"}, "params": {}, "checked": number > 0}
