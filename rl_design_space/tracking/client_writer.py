@@ -98,7 +98,7 @@ class ClientWriter:
             self._point_runs.settle(fingerprint, tags)
 
     def _open_sweep(self, record: Record, maybe_stored: bool) -> None:
-        found = self._sweep(record.key) if maybe_stored else None
+        found = self._found(SWEEP_TAG, record.key, self._sweeps) if maybe_stored else None
         content = record.content
         run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
         self._log_artifacts(run_id, record.files)
@@ -109,7 +109,7 @@ class ClientWriter:
 
     def _close_sweep(self, record: Record, maybe_stored: bool) -> None:
         content = record.content
-        found = self._sweep(record.key)
+        found = self._found(SWEEP_TAG, record.key, self._sweeps)
         run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
         self._log(run_id, content["started"], content["metrics"], {})
         self._log_artifacts(run_id, record.files)
@@ -150,9 +150,9 @@ class ClientWriter:
         )
         return str(run.info.run_id)
 
-    def _sweep(self, key: str) -> Run | None:
+    def _found(self, tag: str, value: str, experiment: str) -> Run | None:
         """Return the run of a sweep: a complete one, or one that this spool has begun."""
-        runs = self._client.search_runs([self._sweeps], f"tags.`{SWEEP_TAG}` = '{key}'")
+        runs = self._client.search_runs([experiment], f"tags.`{tag}` = '{value}'")
         begun = [
             run for run in runs if run.info.status == "RUNNING" and run.data.tags.get(SPOOL_TAG) in self._identities
         ]
