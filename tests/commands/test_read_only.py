@@ -76,7 +76,7 @@ def protected(empty_database: Path, tmp_path: Path) -> list[str]:
     # Permissions do not stop root.
     mount = 'mount --bind "$0" "$0" && mount -o remount,bind,ro "$0" && exec "$@"'
     words = ["unshare", "--mount", "sh", "-c", mount, str(outputs)]
-    if not shutil.which("unshare") or subprocess.run([*words, "true"], check=False, capture_output=True).returncode:
+    if not shutil.which("unshare") or subprocess.run([*words, "true"], check=False, timeout=PATIENCE).returncode:
         pytest.skip("root may not mount a read-only folder here")
     return words
 

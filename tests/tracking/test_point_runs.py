@@ -75,7 +75,7 @@ class Client:
         self._turn()
         self._server.runs[run_id].data.tags[name] = value
 
-    def set_terminated(self, run_id: str, status: str) -> None:
+    def set_terminated(self, run_id: str, status: str, ended: int | None = None) -> None:
         self._turn()
         info = self._server.runs[run_id].info
         info.status, info.end_time = status, self._clock + len(self._server.runs)

@@ -151,7 +151,7 @@ def meeting(monkeypatch: pytest.MonkeyPatch) -> None:
     barrier, create_run = Barrier(2, timeout=PATIENCE), MlflowClient.create_run
 
     def delayed(*arguments: Any, **others: Any) -> Any:
-        barrier.wait()
+        barrier.wait(timeout=PATIENCE)
         return create_run(*arguments, **others)
 
     monkeypatch.setattr(MlflowClient, "create_run", delayed)
