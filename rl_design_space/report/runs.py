@@ -19,7 +19,7 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, by_design, other_samples, repetition
+from rl_design_space.report.points import Point, by_design, other_samples, points_of_frame, repetition
 from rl_design_space.tracking.selection import Where, comparable
 
 if TYPE_CHECKING:
