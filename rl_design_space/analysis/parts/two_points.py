@@ -1,0 +1,72 @@
+"""Parts about one point, or about two."""
+
+from __future__ import annotations
+
+from pydantic.dataclasses import dataclass
+
+from rl_design_space._strict import STRICT
+from rl_design_space.analysis.bounds import Bounds
+from rl_design_space.analysis.parts.data import Data
+from rl_design_space.analysis.parts.measured import Measure, measured, weightings
+from rl_design_space.analysis.parts.ranged import Choice, Ranged
+from rl_design_space.analysis.tested import Tested
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Level(Ranged):
+    """A measure of one point.
+
+    Attributes:
+        point: values of its parameters.
+        measure: name in `learning.measures`.
+    """
+
+    point: Choice
+    measure: Measure
+
+    def test(self, data: Data) -> Tested:
+        recorded = data.one(self.point)
+        return self._tested(*(measured(self.measure, recorded, weights) for weights in weightings(recorded)))
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class OfTwo(Ranged):
+    """A comparison of a measure of two points.
+
+    Attributes:
+        point: values of the parameters of the one point.
+        to: values of the parameters of the other point.
+        measure: name in `learning.measures`.
+    """
+
+    point: Choice
+    to: Choice
+    measure: Measure
+
+    def test(self, data: Data) -> Tested:
+        one, other = data.one(self.point), data.one(self.to)
+        return self._tested(
+            *(
+                self._compared(measured(self.measure, one, weights), measured(self.measure, other, weights))
+                for weights in weightings(one)
+            )
+        )
+
+    def _compared(self, one: Bounds, other: Bounds) -> Bounds:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Ratio(OfTwo):
+    """A measure of one point over that of another; see `OfTwo`."""
+
+    def _compared(self, one: Bounds, other: Bounds) -> Bounds:
+        return one.over(other)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Difference(OfTwo):
+    """A measure of one point minus that of another; see `OfTwo`."""
+
+    def _compared(self, one: Bounds, other: Bounds) -> Bounds:
+        return one.minus(other)
