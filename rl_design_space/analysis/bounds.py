@@ -34,6 +34,10 @@ class Bounds(NamedTuple):
         """Return bounds of the differences of two kinds of numbers."""
         return Bounds(self.low - other.high, self.high - other.low)
 
+    def row(self, index: int) -> Bounds:
+        """Return one row of several."""
+        return Bounds(self.low[index], self.high[index])
+
 
 def known(numbers: FloatArray) -> Bounds:
     """Return the bounds of numbers that are known."""

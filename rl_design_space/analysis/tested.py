@@ -63,8 +63,12 @@ class Tested:
         return "fails" if self.ci_high < self.low or self.ci_low > self.high else "unclear"
 
     def leaves(self) -> Iterator[tuple[str, Tested]]:
-        """Yield the statistics that were tested, each after the descriptions of what combines it, or nothing."""
-        yield "", self
+        """Yield the statistics that were tested, each with its description after those of what combines it."""
+        yield self.what, self
+
+    def deciding(self) -> tuple[str, Tested]:
+        """Return the statistic that decides, as `leaves` yields it."""
+        return self.what, self
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,10 +79,12 @@ class Combined(Tested):
 
     Attributes:
         parts: what is combined.
+        decisive: the part that decides.
         any_of: whether one part that holds is enough.
     """
 
     parts: tuple[Tested, ...]
+    decisive: Tested
     any_of: bool
 
     @property
@@ -91,8 +97,12 @@ class Combined(Tested):
 
     def leaves(self) -> Iterator[tuple[str, Tested]]:
         for part in self.parts:
-            for inner, leaf in part.leaves():
-                yield f"{self.what}: {inner}" if inner else self.what, leaf
+            for what, leaf in part.leaves():
+                yield f"{self.what}: {what}", leaf
+
+    def deciding(self) -> tuple[str, Tested]:
+        what, leaf = self.decisive.deciding()
+        return f"{self.what}: {what}", leaf
 
 
 def in_range(what: str, value: float, samples: FloatArray, low: float, high: float) -> Tested:
@@ -138,7 +148,7 @@ def exact(what: str, value: float, low: float, high: float) -> Tested:
 
 def least_chance(samples: Bounds) -> float:
     """Return the smallest probability that these resamples can show; it is not 0."""
-    return 1 / (samples.low.shape[-1] + 1)
+    return 1.0 / (int(samples.low.shape[-1]) + 1)
 
 
 def interval(samples: Bounds) -> tuple[float, float]:
@@ -192,10 +202,7 @@ def every_in_range(what: str, value: Bounds, samples: Bounds, low: float, high: 
         low: lower end of the range.
         high: upper end of the range.
     """
-    rows = [
-        bounds_in_range(what, *(Bounds(each.low[row], each.high[row]) for each in (value, samples)), low, high)
-        for row in range(len(value.low))
-    ]
+    rows = [bounds_in_range(what, value.row(index), samples.row(index), low, high) for index in range(len(value.low))]
     p_claim = max(row.p_claim for row in rows)
     p_other = min(1.0, len(rows) * min(row.p_other for row in rows))
     if np.array_equal(samples.low, samples.high) and np.isfinite(samples.low).all():
@@ -240,5 +247,5 @@ def _combined(
     return Combined(
         what=what, low=decisive.low, high=decisive.high, value=decisive.value, ci_low=decisive.ci_low,
         ci_high=decisive.ci_high, p_claim=p_claim, p_other=p_other, sign=decisive.sign,
-        remarks=(f"decided by: {decisive.what}", *decisive.remarks), parts=tuple(parts), any_of=any_of,
+        parts=tuple(parts), decisive=decisive, any_of=any_of,
     )  # fmt: skip

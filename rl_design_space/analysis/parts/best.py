@@ -13,7 +13,7 @@ from rl_design_space.analysis.parts.data import Data
 from rl_design_space.analysis.parts.measured import (
     EVEN,
     ODD,
-    Measure,
+    Cost,
     at_the_edge,
     measured,
     value,
@@ -32,13 +32,13 @@ class ExpectedOverBest(Ranged):
         among: values that all the points have in common.
         parameter: parameter in which they differ.
         expected: the claimed best value.
-        measure: name in `learning.measures`; the smallest is the best.
+        measure: as in `learning.measures`; the smallest is the best.
     """
 
     among: Choice
     parameter: Text
     expected: Any
-    measure: Measure
+    measure: Cost
 
     def test(self, data: Data) -> Tested:
         points = data.by(self.among, self.parameter)
@@ -55,7 +55,9 @@ class ExpectedOverBest(Ranged):
         }
         others = [key for key in points if key != self.expected]
         severity = Severity(sum(tested[key].state == "holds" for key in others), len(others))
-        return replace(tested[self.expected], severity=severity, remarks=at_the_edge(self.parameter, points, best))
+        expected = tested[self.expected]
+        remarks = (*expected.remarks, *at_the_edge(self.parameter, points, best))
+        return replace(expected, severity=severity, remarks=remarks)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -67,14 +69,14 @@ class BestOverBest(Ranged):
         parameter: parameter in which they differ.
         to: values that the other points have in common.
         to_parameter: parameter in which those differ; `parameter` if left out.
-        measure: name in `learning.measures`; the smallest is the best.
+        measure: as in `learning.measures`; the smallest is the best.
     """
 
     among: Choice
     parameter: Text
     to: Choice
     to_parameter: Text | None = None
-    measure: Measure
+    measure: Cost
 
     def test(self, data: Data) -> Tested:
         to_parameter = self.to_parameter or self.parameter
@@ -87,8 +89,8 @@ class BestOverBest(Ranged):
                 for weights in weightings(one, ODD)
             )
         )
-        edges = at_the_edge(self.parameter, ones, best), at_the_edge(to_parameter, others, to_best)
-        return replace(tested, remarks=tuple(dict.fromkeys(remark for edge in edges for remark in edge)))
+        edges = (*at_the_edge(self.parameter, ones, best), *at_the_edge(to_parameter, others, to_best))
+        return replace(tested, remarks=tuple(dict.fromkeys((*tested.remarks, *edges))))
 
 
 def _best(points: Mapping[Any, LearningCurves], name: str) -> Any:

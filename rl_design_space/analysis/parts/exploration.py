@@ -14,7 +14,7 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.bounds import known
 from rl_design_space.analysis.parts.data import Data
-from rl_design_space.analysis.parts.measured import Measure, at_the_edge, measured, weightings
+from rl_design_space.analysis.parts.measured import Cost, at_the_edge, measured, weightings
 from rl_design_space.analysis.parts.ranged import Choice, Ranged, Text
 from rl_design_space.analysis.tested import Tested
 from rl_design_space.learning.result import LearningCurves
@@ -30,13 +30,13 @@ class ExplorationOverExploration(Ranged):
         among: values that the first points have in common.
         to: values that the other points have in common.
         parameter: parameter of the schedule, in which they differ.
-        measure: name in `learning.measures`; the smallest is the best.
+        measure: as in `learning.measures`; the smallest is the best.
     """
 
     among: Choice
     to: Choice
     parameter: Text
-    measure: Measure
+    measure: Cost
 
     def test(self, data: Data) -> Tested:
         ones, others = data.by(self.among, self.parameter), data.by(self.to, self.parameter)
@@ -48,7 +48,8 @@ class ExplorationOverExploration(Ranged):
             *at_the_edge(self.parameter, ones, list(ones)[best[0]]),
             *at_the_edge(self.parameter, others, list(others)[to_best[0]]),
         )
-        return replace(self._tested(known(value), known(samples)), remarks=tuple(dict.fromkeys(edges)))
+        tested = self._tested(known(value), known(samples))
+        return replace(tested, remarks=tuple(dict.fromkeys((*tested.remarks, *edges))))
 
     def _best(self, points: Mapping[Any, LearningCurves], weights: FloatArray) -> NDArray[np.intp]:
         """Return the place of the best point under each weighting of the periods."""

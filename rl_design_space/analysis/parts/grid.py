@@ -13,8 +13,8 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.bounds import Bounds, stacked
 from rl_design_space.analysis.parts.data import Data
-from rl_design_space.analysis.parts.measured import Measure, at_the_edge, measured, weightings
-from rl_design_space.analysis.parts.ranged import Choice, Ranged, Text, row
+from rl_design_space.analysis.parts.measured import Cost, Measure, at_the_edge, measured, weightings
+from rl_design_space.analysis.parts.ranged import Choice, Ranged, Text
 from rl_design_space.analysis.tested import Severity, Tested, every_in_range, interval
 from rl_design_space.learning.result import LearningCurves
 
@@ -31,13 +31,13 @@ class WithinOfAll(Ranged):
         among: values that all the points have in common.
         parameter: parameter in which they differ.
         expected: the claimed best value.
-        measure: name in `learning.measures`; the smallest is the best.
+        measure: as in `learning.measures`; the smallest is the best.
     """
 
     among: Choice
     parameter: Text
     expected: Any
-    measure: Measure
+    measure: Cost
 
     def test(self, data: Data) -> Tested:
         points = data.by(self.among, self.parameter)
@@ -63,7 +63,7 @@ class WithinOfAll(Ranged):
     def _passes(self, ratios: Bounds) -> bool:
         """Return whether each ratio has its interval in the range."""
         low, high = self.range
-        ends = [interval(row(ratios, index)) for index in range(len(ratios.low))]
+        ends = [interval(ratios.row(index)) for index in range(len(ratios.low))]
         return all(low <= end[0] and end[1] <= high for end in ends)
 
 
@@ -77,7 +77,7 @@ class AllOver(Ranged):
         among: values that the points of the grid have in common.
         parameter: parameter in which they differ; `fingerprint` if they differ in several.
         to: values of the parameters of the one point.
-        measure: name in `learning.measures`.
+        measure: as in `learning.measures`.
     """
 
     among: Choice
@@ -87,11 +87,11 @@ class AllOver(Ranged):
 
     def test(self, data: Data) -> Tested:
         points, to = data.by(self.among, self.parameter), data.one(self.to)
-        ratios = [
-            Bounds(*ones).over(measured(self.measure, to, weights))
+        value, samples = (
+            ones.over(measured(self.measure, to, weights))
             for ones, weights in zip(_of_grid(self.measure, points), weightings(to), strict=True)
-        ]
-        tested, decisive = every_in_range(self.what, *ratios, *self.range)
+        )
+        tested, decisive = every_in_range(self.what, value, samples, *self.range)
         shown = () if self.parameter == "fingerprint" else (f"decided by {self.parameter} = {list(points)[decisive]}",)
         return replace(tested, remarks=shown)
 
@@ -107,7 +107,7 @@ class TypicalOverTypical(Ranged):
         parameter: parameter in which they differ; `fingerprint` if they differ in several.
         to: values that the other points have in common.
         to_parameter: parameter in which those differ; `parameter` if left out.
-        measure: name in `learning.measures`.
+        measure: as in `learning.measures`.
     """
 
     among: Choice
@@ -135,7 +135,7 @@ def _rows(name: str, points: Mapping[Any, LearningCurves], weights: FloatArray) 
 def _over_others(measures: Bounds, place: int) -> Bounds:
     """Return the ratios of one row to all others."""
     others = Bounds(np.delete(measures.low, place, axis=0), np.delete(measures.high, place, axis=0))
-    return row(measures, place).over(others)
+    return measures.row(place).over(others)
 
 
 def _median(measures: Bounds) -> Bounds:

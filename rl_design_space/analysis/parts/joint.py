@@ -34,7 +34,7 @@ class JointRatio(Ranged):
         point: values of the parameters of the one point, but for those of the cells.
         to: values of the parameters of the other point.
         cells: values of each parameter of the table; every combination is a cell.
-        measure: name in `learning.measures`.
+        measure: as in `learning.measures`.
     """
 
     point: Choice
@@ -52,7 +52,8 @@ class JointRatio(Ranged):
         value, samples = (_geometric_mean(stacked(list(each))) for each in zip(*ratios, strict=True))
         single = [float(plain.low[0]) for plain, _ in ratios]
         spread = f"single cells from {min(single):.3g} to {max(single):.3g}"
-        return replace(self._tested(value, samples), remarks=(spread,))
+        tested = self._tested(value, samples)
+        return replace(tested, remarks=(*tested.remarks, spread))
 
     def _pairs(self) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
         for values in product(*self.cells.values()):

@@ -6,28 +6,33 @@ The unit is the period. Points of equal size have the same layouts, so all of th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from pydantic import AfterValidator
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.bounds import Bounds, known
+from rl_design_space.analysis.bounds import Bounds
+from rl_design_space.analysis.censoring import is_never
+from rl_design_space.analysis.measure_name import MeasureName
 from rl_design_space.analysis.statistics import resample_weights
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import ALIASES, MEASURES, measure
+from rl_design_space.learning.measure_spec import parsed
+from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
 
 EVEN, ODD = slice(0, None, 2), slice(1, None, 2)
 
 
-def _known_measure(name: str) -> str:
-    if name not in (*MEASURES, *ALIASES):
-        raise ValueError(f"should be among {', '.join(MEASURES)}")
+def _smallest_is_best(name: str) -> str:
+    if measure(name).largest_is_best:
+        raise ValueError("the largest value of this measure is the best; should be one of which the smallest is")
     return name
 
 
-Measure = Annotated[str, AfterValidator(_known_measure)]
+Measure: TypeAlias = MeasureName
+#: A measure whose smallest value is the best.
+Cost = Annotated[MeasureName, AfterValidator(_smallest_is_best)]
 
 
 def measured(name: str, recorded: LearningCurves, weights: FloatArray) -> Bounds:
@@ -35,13 +40,20 @@ def measured(name: str, recorded: LearningCurves, weights: FloatArray) -> Bounds
 
     Raises:
         ConfigError: the weights are those of points with another number of periods.
+        LookupError: the point has too few trials for this measure, as in a quick look.
     """
     if len(recorded.steps) != weights.shape[1]:
         raise ConfigError(
             f"seed, task.periods: points of {weights.shape[1]} and {len(recorded.steps)} periods cannot be compared in "
             "pairs; a claim needs points with the same seeds and numbers of periods"
         )
-    return known(measure(name).samples(recorded, weights))
+    spec, trials = parsed(name), recorded.steps.shape[1]
+    if spec.name == "steps_after" and spec.value >= trials:
+        raise LookupError(f"{name}: there are only {trials} trials")
+    found = measure(name)
+    samples = found.samples(recorded, weights)
+    never = is_never(samples, found.censored_at(recorded))
+    return Bounds(samples, np.where(never, np.inf, samples) if never.any() else samples)
 
 
 def value(name: str, recorded: LearningCurves, half: slice = slice(None)) -> float:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
-from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.bounds import Bounds
 from rl_design_space.analysis.parts.data import Where
@@ -59,11 +59,8 @@ class Ranged:
         return (-math.inf if self.low is None else self.low, math.inf if self.high is None else self.high)
 
     def _tested(self, value: Bounds, samples: Bounds) -> Tested:
-        return bounds_in_range(self.what, value, samples, *self.range)
-
-
-def row(bounds: Bounds, index: int) -> Bounds:
-    """Return one row of stacked bounds."""
-    low: FloatArray = bounds.low[index]
-    high: FloatArray = bounds.high[index]
-    return Bounds(low, high)
+        tested = bounds_in_range(self.what, value, samples, *self.range)
+        if refused := self.refused():
+            numbers = ", ".join(f"{number:.3g}" for number in refused)
+            return replace(tested, remarks=(f"the paper's own {numbers} would fail this range",))
+        return tested

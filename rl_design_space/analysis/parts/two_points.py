@@ -18,7 +18,7 @@ class Level(Ranged):
 
     Attributes:
         point: values of its parameters.
-        measure: name in `learning.measures`.
+        measure: as in `learning.measures`.
     """
 
     point: Choice
@@ -36,7 +36,7 @@ class OfTwo(Ranged):
     Attributes:
         point: values of the parameters of the one point.
         to: values of the parameters of the other point.
-        measure: name in `learning.measures`.
+        measure: as in `learning.measures`.
     """
 
     point: Choice
