@@ -33,10 +33,27 @@ from rl_design_space.learning.measure_statistics import MEAN
 from rl_design_space.learning.own_measure import own_measure
 
 __all__ = [
-    "ALIASES", "CURVES", "CURVES_OF_PERIODS", "CURVES_ON_DEMAND", "FINAL_TRIALS", "MEASURES", "NEAR", "OUTLIER",
-    "SCALARS", "CurveMeasure", "Measure", "PeriodMeasure", "Periods", "Spec", "canonical", "converged", "forms",
-    "measure", "scaled_to_equal_steps",
-]  # fmt: skip
+    "ALIASES",
+    "CURVES",
+    "CURVES_OF_PERIODS",
+    "CURVES_ON_DEMAND",
+    "FINAL_TRIALS",
+    "MEASURES",
+    "NEAR",
+    "ONLY_SCALARS",
+    "OUTLIER",
+    "SCALARS",
+    "CurveMeasure",
+    "Measure",
+    "PeriodMeasure",
+    "Periods",
+    "Spec",
+    "canonical",
+    "converged",
+    "forms",
+    "measure",
+    "scaled_to_equal_steps",
+]
 
 #: Names of the learning curves that are recorded for every point.
 CURVES = ("steps/mean", "steps/median", "success_rate")
@@ -52,6 +69,8 @@ SCALARS = (
     "final_steps_over_optimum",
     "env_steps_per_second",
 )
+#: Recorded scalars that are not computed from the periods alone, or not by a measure.
+ONLY_SCALARS = ("total_steps_sem", "env_steps_per_second")
 
 MEASURES: Mapping[str, Measure] = {
     "total_steps": PeriodMeasure("steps of all trials of a period", lambda periods: periods.total_steps),

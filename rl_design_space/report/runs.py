@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
-from rl_design_space.analysis.statistics import Estimate
+from rl_design_space.analysis.censoring import Bounded
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measure, scaled_to_equal_steps
+from rl_design_space.learning.measures import ONLY_SCALARS, SCALARS, Measure, measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
@@ -186,8 +189,7 @@ class Runs:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
         if point not in self._results:
             arrays = self._reader.periods(point.run) if point.run else {}
-            design = point.of_plan.point if point.of_plan else None
-            self._results[point] = LearningCurves.of_arrays(arrays, design) if "steps" in arrays else None
+            self._results[point] = _result(point, arrays) if "steps" in arrays else None
         return self._results[point]
 
     def result(self, point: Point) -> LearningCurves | None:
@@ -231,39 +233,34 @@ class Runs:
         return curve
 
     def values(self, point: Point, name: str) -> FloatArray | None:
-        """Return what each period contributes to a scalar, (periods,); None if that is not known.
+        """Return what each period contributes to a scalar or measure, (periods,); None if that is not known.
 
         Raises:
-            ConfigError: there is no such scalar.
+            ConfigError: there is no such scalar or measure.
         """
-        known = dict.fromkeys((*SCALARS, *MEASURES, *ALIASES))
-        if name not in known:
-            raise ConfigError.unknown("scalar or measure", name, known)
+        measured = measure_of(name)
         result = self.kept(point)
-        if result is None or name not in (*MEASURES, *ALIASES):
+        if result is None or measured is None:
             return None
-        if name == "total_steps_scaled":  # the parameters of a run that was found in the store are all that is known
-            side = point.parameters["world.size"]
-            return scaled_to_equal_steps(result.total_steps, side) if isinstance(side, int | float) else None
-        return measure(name).each(result)
+        values = measured.each(result)
+        return None if values is None or np.isnan(values).any() else values
 
-    def estimate(self, points: Sequence[Point], name: str) -> Estimate:
-        """Return the mean of a scalar over designs, with its interval where the periods are known.
+    def estimate(self, points: Sequence[Point], name: str) -> Bounded:
+        """Return the mean of a scalar or measure over designs, with its interval where the periods are known.
 
         Raises:
-            ConfigError: there is no such scalar.
+            ConfigError: there is no such scalar or measure.
         """
         recorded = [point for point in points if point.run]
         repetitions = [repetition(point) for point in recorded]
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):
-            return mean_of_runs(known, repetitions)
-        results = [result for point in recorded if (result := self.kept(point))]
-        if results and len(results) == len(recorded) and name in MEASURES:
-            return estimate(MEASURES[name], results, repetitions)
+            return Bounded(*mean_of_runs(known, repetitions))
+        measured, results = measure_of(name), [result for point in recorded if (result := self.kept(point))]
+        if measured and results and len(results) == len(recorded) and measured.each(results[0]) is None:
+            return estimate(measured, results, repetitions)
         numbers = [self._scalar(seeds, name) for seeds in by_design(recorded)]
-        mean = sum(numbers) / len(numbers) if numbers else float("nan")
-        return Estimate(mean, float("nan"), float("nan"))
+        return Bounded(sum(numbers) / len(numbers) if numbers else math.nan, math.nan, math.nan)
 
     def _scalar(self, seeds: Sequence[Point], name: str) -> float:
         """Return a scalar of the seeds of one design: that of all their periods if they are known, else the mean."""
@@ -272,6 +269,23 @@ class Runs:
             return scalars[name]
         numbers = [point.run.scalars.get(name, float("nan")) for point in seeds if point.run]
         return sum(numbers) / len(numbers)
+
+
+def measure_of(name: str) -> Measure | None:
+    """Return the measure of a name; None of a scalar that is no measure.
+
+    Raises:
+        ConfigError: there is no such scalar or measure.
+    """
+    return None if name in ONLY_SCALARS else measure(name)
+
+
+def _result(point: Point, arrays: Mapping[str, NDArray[Any]]) -> LearningCurves:
+    """Return the result of a point; of a run that was found in the store, the parameters are all that is known."""
+    if point.of_plan:
+        return LearningCurves.of_arrays(arrays, point.of_plan.point)
+    side = point.parameters.get("world.size")
+    return LearningCurves.of_arrays(arrays, side=float(side) if isinstance(side, int | float) else math.nan)
 
 
 def _joined(numbers: Iterable[Any]) -> str:
