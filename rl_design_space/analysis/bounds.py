@@ -26,9 +26,14 @@ class Bounds(NamedTuple):
     high: FloatArray
 
     def over(self, other: Bounds) -> Bounds:
-        """Return bounds of the ratios of two kinds of numbers, none of them negative; NaN for 0 / 0."""
+        """Return bounds of the ratios of two kinds of numbers, none of them negative; NaN for 0 / 0.
+
+        Nothing is divided by a censored number: of such a ratio nothing is known.
+        """
         with np.errstate(divide="ignore", invalid="ignore"):
-            return Bounds(self.low / other.high, self.high / other.low)
+            low, high = self.low / other.low, self.high / other.low
+        never = np.isinf(other.high)
+        return Bounds(np.where(never, 0.0, low), np.where(never, np.inf, high)) if never.any() else Bounds(low, high)
 
     def minus(self, other: Bounds) -> Bounds:
         """Return bounds of the differences of two kinds of numbers."""

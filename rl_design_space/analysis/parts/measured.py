@@ -13,9 +13,9 @@ from pydantic import AfterValidator
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.bounds import Bounds
-from rl_design_space.analysis.censoring import is_never
-from rl_design_space.analysis.measure_name import MeasureName
+from rl_design_space.analysis.censoring import Censored
 from rl_design_space.analysis.statistics import resample_weights
+from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measure_spec import parsed
 from rl_design_space.learning.measures import measure
@@ -50,10 +50,9 @@ def measured(name: str, recorded: LearningCurves, weights: FloatArray) -> Bounds
     spec, trials = parsed(name), recorded.steps.shape[1]
     if spec.name == "steps_after" and spec.value >= trials:
         raise LookupError(f"{name}: there are only {trials} trials")
-    found = measure(name)
-    samples = found.samples(recorded, weights)
-    never = is_never(samples, found.censored_at(recorded))
-    return Bounds(samples, np.where(never, np.inf, samples) if never.any() else samples)
+    found = Censored.of(measure(name), recorded, weights)
+    samples = found.values
+    return Bounds(samples, np.where(found.at_least, np.inf, samples) if found.at_least.any() else samples)
 
 
 def value(name: str, recorded: LearningCurves, half: slice = slice(None)) -> float:
