@@ -61,6 +61,11 @@ class Measure(Protocol):
         """Whether a larger number is a better one."""
         ...
 
+    @property
+    def is_first_trial(self) -> bool:
+        """Whether the number is a trial, and the number of trials stands for "never", see `censored_at`."""
+        ...
+
     def samples(self, periods: Periods, weights: FloatArray) -> FloatArray:
         """Return the measure under each weighting of the periods.
 
@@ -112,6 +117,10 @@ class PeriodMeasure:
     @property
     def meaning(self) -> str:
         return f"{self.what}, {self.statistic.meaning}"
+
+    @property
+    def is_first_trial(self) -> bool:
+        return False
 
     def samples(self, periods: Periods, weights: FloatArray) -> FloatArray:
         return self.statistic.of(self.of(periods), weights)

@@ -6,7 +6,7 @@ of curves. `measure` returns one by its name, with parameters and a statistic if
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -53,6 +53,7 @@ __all__ = [
     "forms",
     "measure",
     "scaled_to_equal_steps",
+    "values",
 ]
 
 #: Names of the learning curves that are recorded for every point.
@@ -160,6 +161,17 @@ def canonical(spec: Spec) -> str:
         if found.name in FAMILIES:
             found = replace(found, value=FAMILIES[found.name].value(found.name, found.value))
     return found.text
+
+
+def values(names: Iterable[str], periods: Periods) -> dict[str, float]:
+    """Return measures of a point by their names.
+
+    Raises:
+        ConfigError: there is no such measure, or it cannot be computed.
+    """
+    count = len(periods.steps)
+    equal = np.full((1, count), 1 / count)
+    return {name: float(measure(name).samples(periods, equal)[0]) for name in names}
 
 
 def forms() -> dict[str, str]:

@@ -221,6 +221,20 @@ class LearningCurves:
         success, optimum, rows, epsilon = (arrays[name] for name in ("success", "optimum", "rows", "epsilon"))
         return cls(steps, success, optimum, rows, epsilon, seconds, point, side)
 
+    @classmethod
+    def found(cls, arrays: Mapping[str, NDArray[Any]], size: Any) -> LearningCurves | None:
+        """Return the result of a run that was found in a store; None if it kept its learning curves alone.
+
+        Args:
+            arrays: see `read_saved`.
+            size: of the world, as frames of runs have it: a number, perhaps as text, if the grid is square.
+        """
+        try:
+            side = float(size)
+        except (TypeError, ValueError):
+            side = math.nan
+        return cls.of_arrays(arrays, side=side) if "steps" in arrays else None
+
     @property
     def _standard_error(self) -> float:
         return float(self.total_steps.std(ddof=1) / math.sqrt(len(self.steps)))

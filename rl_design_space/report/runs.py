@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
@@ -189,7 +188,11 @@ class Runs:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
         if point not in self._results:
             arrays = self._reader.periods(point.run) if point.run else {}
-            self._results[point] = _result(point, arrays) if "steps" in arrays else None
+            self._results[point] = (
+                LearningCurves.of_arrays(arrays, point.of_plan.point)
+                if point.of_plan and "steps" in arrays
+                else LearningCurves.found(arrays, point.parameters.get("world.size"))
+            )
         return self._results[point]
 
     def result(self, point: Point) -> LearningCurves | None:
@@ -278,14 +281,6 @@ def measure_of(name: str) -> Measure | None:
         ConfigError: there is no such scalar or measure.
     """
     return None if name in ONLY_SCALARS else measure(name)
-
-
-def _result(point: Point, arrays: Mapping[str, NDArray[Any]]) -> LearningCurves:
-    """Return the result of a point; of a run that was found in the store, the parameters are all that is known."""
-    if point.of_plan:
-        return LearningCurves.of_arrays(arrays, point.of_plan.point)
-    side = point.parameters.get("world.size")
-    return LearningCurves.of_arrays(arrays, side=float(side) if isinstance(side, int | float) else math.nan)
 
 
 def _joined(numbers: Iterable[Any]) -> str:
