@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,10 +21,14 @@ class Severity(NamedTuple):
     Attributes:
         passing: how many of the other values of the grid would have passed the same test.
         others: how many other values the grid has.
+        is_near: whether the measure at the claimed value is in the range, whatever its interval.
+        others_near: of how many of the other values that is so.
     """
 
     passing: int
     others: int
+    is_near: bool
+    others_near: int
 
 
 @dataclass(frozen=True)
@@ -144,6 +148,20 @@ def exact(what: str, value: float, low: float, high: float) -> Tested:
     """Test a statistic that does not depend on chance."""
     holds = low <= value <= high
     return Tested(what, low, high, value, value, value, float(not holds), float(holds))
+
+
+def never_or_always(tested: Tested, ci_low: float, ci_high: float) -> Tested:
+    """Return the test of a share that is the same in every resample, with an interval that does not end there.
+
+    Resamples of 0 in n are all 0. What that leaves open is undecided.
+
+    Args:
+        tested: the test by resampling.
+        ci_low: lower end of the interval.
+        ci_high: upper end of the interval.
+    """
+    widened = replace(tested, ci_low=ci_low, ci_high=ci_high)
+    return replace(widened, p_claim=1.0, p_other=1.0) if widened.state == "unclear" else widened
 
 
 def least_chance(samples: Bounds) -> float:

@@ -16,7 +16,7 @@ _CLAIM_COLUMNS = ["claim", "statement", "verdict", "value", "ci_low", "ci_high",
 _LATER_COLUMNS = [f"later_{name}" for name in ("verdict", "value", "ci_low", "ci_high", "what", "p")]
 _PART_COLUMNS = [
     "claim", "what", "value", "ci_low", "ci_high", "claimed_low", "claimed_high", "state", "verdict", "sign",
-    "others_passing", "others", "remarks",
+    "others_passing", "others", "near", "others_near", "remarks",
 ]  # fmt: skip
 
 
@@ -111,6 +111,6 @@ def parts_frame(judged: Sequence[Judged], later: bool = False) -> pd.DataFrame:
         for part in finding.parts:
             for what, p in part.leaves():
                 numbers = (p.value, p.ci_low, p.ci_high, p.low, p.high)
-                more = (p.sign, *(p.severity or (_NAN, _NAN)), "; ".join(p.remarks))
+                more = (p.sign, *(p.severity or (_NAN,) * 4), "; ".join(p.remarks))
                 rows.append((each.name, what, *numbers, p.state, str(finding.verdict), *more))
     return pd.DataFrame(rows, columns=_PART_COLUMNS)

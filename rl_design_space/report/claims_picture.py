@@ -22,6 +22,8 @@ _LOOKS = {"holds": (BLUE, "o"), "fails": (VERMILION, "X"), "unclear": ("#6f6f6f"
 _RIGHT = 1.55
 #: Height of a part in inches, and the longest description of one in characters.
 _HEIGHT, _LONGEST = 0.25, 78
+#: Behind the parts of verdicts that came later.
+_GREY = "0.94"
 
 
 @styled(font_size=8)
@@ -41,19 +43,21 @@ def drawn(parts: pd.DataFrame, later_parts: pd.DataFrame | None, title: str) -> 
     axis.set_yticks(range(len(lines)), names)
     for (claim, later), rows in lines.reset_index().groupby(["claim", "later"], sort=False)["index"]:
         verdict = lines.loc[rows.iloc[0], "verdict"]
-        name = f"{claim}, later" if later else claim
-        axis.text(_RIGHT, rows.mean(), f"{name}\n{verdict}", va="center", fontsize=8, fontweight="bold")
+        label = (": " if len(rows) == 1 else "\n").join((f"{claim}, later" if later else claim, verdict))
+        axis.text(_RIGHT, rows.mean(), label, va="center", fontsize=8, fontweight="bold")
         axis.axhline(rows.iloc[-1] + 0.5, color="0.85", linewidth=0.8, clip_on=False)
         if later:
-            axis.axhspan(rows.iloc[0] - 0.5, rows.iloc[-1] + 0.5, color="0.96", zorder=0)
+            axis.axhspan(rows.iloc[0] - 0.5, rows.iloc[-1] + 0.5, color=_GREY, zorder=0)
     axis.set_ylim(max(len(lines), 1) - 0.4, -0.8)
     axis.set_xlim(-0.03, _RIGHT + 0.32)
     axis.set_xticks([])
     axis.tick_params(length=0)
     axis.spines[:].set_visible(False)
     marks = [Line2D([], [], color=colour, marker=marker, label=state) for state, (colour, marker) in _LOOKS.items()]
-    claimed = Rectangle((0, 0), 1, 1, color=LIGHT_GREEN, label="range that the claim gives")
-    figure.legend(handles=[*marks, claimed], loc="outside lower center", ncols=4, frameon=False)
+    fields = [Rectangle((0, 0), 1, 1, color=LIGHT_GREEN, label="range that the claim gives")]
+    if later_parts is not None:
+        fields.append(Rectangle((0, 0), 1, 1, color=_GREY, label="criteria that came later"))
+    figure.legend(handles=[*marks, *fields], loc="outside lower center", ncols=5, frameon=False)
     figure.suptitle(title, fontsize=11)
     return figure
 

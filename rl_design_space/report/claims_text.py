@@ -62,16 +62,21 @@ def _as_later(claims: pd.DataFrame) -> pd.DataFrame:
 
 def _placebo_lines(parts: pd.DataFrame, later_parts: pd.DataFrame) -> list[str]:
     """Return how many best values of the paper hold by either criteria, and how likely others would do as well."""
-    sentences = []
+    lines = []
     for criteria, frame in (("registered", parts), ("later", later_parts)):
         best = frame[frame["others"] > 0]
-        rows = zip(best["state"] == "holds", best["others_passing"], best["others"], strict=True)
-        if found := placebo(rows):
-            sentences.append(
-                f"by the {criteria} criteria {found.holding} of {found.best} hold, and values drawn at random from the "
-                f"rest of the grids would do as well with a probability of {found.chance:.2g}"
+        tests = placebo(zip(best["state"] == "holds", best["others_passing"], best["others"], strict=True))
+        near = placebo(zip(best["near"], best["others_near"], best["others"], strict=True))
+        if tests and near:
+            lines.append(
+                f"- {criteria} criteria: {tests.holding} of {tests.best} hold (placebo {tests.chance:.2g}); without "
+                f"regard to intervals {near.holding} are within their range (placebo {near.chance:.2g})"
             )
-    return [f"Best values that the paper names: {'; '.join(sentences)}."] if sentences else []
+    explained = (
+        "Of the best values that the paper names, so many hold. The placebo is the probability that at least as many "
+        "would if each was drawn at random from the other values of its grid:"
+    )
+    return [explained, "\n".join(lines)] if lines else []
 
 
 def _rests_on(claim: Mapping[Any, Any], parts: pd.DataFrame, later_parts: pd.DataFrame | None) -> list[str]:
@@ -94,7 +99,7 @@ def _remarks(part: Mapping[Any, Any]) -> str:
     """Return what a reader should know of a part: how many other values would have passed, edges of grids."""
     remarks = [part["remarks"]] if part["remarks"] else []
     if part["others"] > 0:
-        remarks.insert(0, f"{part['others_passing']:.0f} of the {part['others']:.0f} other values would pass as well")
+        remarks.insert(0, f"{part['others_passing']:.0f} of the {part['others']:.0f} other values would pass")
     return f" ({'; '.join(remarks)})" if remarks else ""
 
 
@@ -105,8 +110,7 @@ def _shown(claims: pd.DataFrame, parts: pd.DataFrame) -> pd.DataFrame:
         found = parts[(parts["claim"] == each["claim"]) & (parts["what"] == each["what"])].to_dict("records")
         numbers = ["", "", "", ""]
         if found:
-            ends = f"{each['ci_low']:.3g} – {each['ci_high']:.3g}"
-            numbers = [each["what"], f"{each['value']:.3g}", ends, _claimed(found[0])]
+            numbers = [each["what"], _number(found[0]), _interval(found[0]), _claimed(found[0])]
         plain = each["verdict"] == Verdict.REPRODUCED
         verdict = each["verdict"] if plain else f"**{each['verdict']}**"
         rows.append([each["claim"], each["statement"], verdict, *numbers, each["study"]])
@@ -115,9 +119,16 @@ def _shown(claims: pd.DataFrame, parts: pd.DataFrame) -> pd.DataFrame:
 
 
 def _value(part: Mapping[Any, Any]) -> str:
-    return (
-        f"{part['sign']}{' ' if part['sign'] else ''}{part['value']:.3g} ({part['ci_low']:.3g} – {part['ci_high']:.3g})"
-    )
+    return f"{_number(part)} ({_interval(part)})"
+
+
+def _number(part: Mapping[Any, Any]) -> str:
+    return f"{part['sign']} {part['value']:.3g}".strip()
+
+
+def _interval(part: Mapping[Any, Any]) -> str:
+    low, high = part["ci_low"], part["ci_high"]
+    return f"≥ {low:.3g}" if math.isinf(high) else f"≤ {high:.3g}" if math.isinf(low) else f"{low:.3g} – {high:.3g}"
 
 
 def _claimed(part: Mapping[Any, Any]) -> str:

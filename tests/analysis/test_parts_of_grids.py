@@ -46,7 +46,7 @@ def test_a_value_within_5_percent_of_every_other_is_a_best_one():
     assert tested.state == "holds"
     assert tested.ci_high <= 1.05
     # 0.05 is as good, so the test would not have told it from the claimed value; the two others fail.
-    assert tested.severity == (1, 3)
+    assert tested.severity == (1, 3, True, 1)
     worst = within(0.1)
     assert worst.state == "fails"
     assert worst.value == pytest.approx(MadeUp(until=8).steps.sum() / MadeUp(until=4).steps.sum(), 0.01)
@@ -195,3 +195,19 @@ def test_what_a_best_value_cannot_have_is_refused(values: dict):
 def test_a_measure_of_later_trials_lacks_points_in_a_quick_look():
     with pytest.raises(LookupError, match="steps_after=30: there are only 20 trials"):
         Level(what="-", point={"name": "fast"}, measure="steps_after=30").test(DATA)
+
+
+@pytest.mark.parametrize(("low", "state"), [(0.9, "fails"), (0.01, "unclear")])
+def test_a_share_of_0_in_n_has_an_interval(low: float, state: str):
+    # 0 in 60 periods: the true share may well be 0.01.
+    tested = Level(what="-", point={"name": "fast"}, measure="final_failed", low=low).test(DATA)
+    assert (tested.value, tested.ci_low, tested.state) == (0, 0, state)
+    assert tested.ci_high == pytest.approx(1.96**2 / (60 + 1.96**2), abs=1e-4)
+    assert (tested.p_other < 0.05) == (state == "fails")
+
+
+def test_a_difference_of_shares_of_0_in_n_has_an_interval():
+    both = {"point": {"name": "fast"}, "to": {"name": "slow"}}
+    tested = Difference(what="-", **both, measure="final_failed", low=0.0).test(DATA)
+    assert (tested.ci_low, tested.value, tested.ci_high) == (pytest.approx(-0.06, abs=0.001), 0, -tested.ci_low)
+    assert (tested.state, tested.p_claim) == ("unclear", 1.0)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pandas as pd
 import pytest
+import yaml
 
 from rl_design_space.analysis.parts import Part
 from rl_design_space.config.build import build
@@ -18,6 +20,7 @@ from rl_design_space.report.claims_judged import claims_frame
 from rl_design_space.report.runs import Runs
 from tests.report.readers import LearningReader, unpadded
 
+ROOT = Path(__file__).parents[2]
 PARTS = "rl_design_space.analysis.parts"
 SWEEP = ["task.periods=30", "task.trials=8", "task.goals=1", "exploration=linear", "world.size=4,6,8"]
 
@@ -77,10 +80,11 @@ def test_later_verdicts_stand_beside_the_registered_ones(study: Study, tmp_path:
     text = unpadded((tmp_path / "mine.md").read_text(encoding="utf-8"))
     assert "**4 claims: 3 reproduced, 1 not reproduced, 0 undecided.**" in text
     assert "By criteria that came later: 3 reproduced, 0 not reproduced, 1 undecided. Later verdicts came when" in text
-    assert "0 of the 2 other values would pass as well" in text
+    assert "0 of the 2 other values would pass" in text
     assert "the best value, world.size = 4, lies at the edge of its grid" in text
     assert (
-        "by the later criteria 1 of 1 hold, and values drawn at random from the rest of the grids would do as" in text
+        "- later criteria: 1 of 1 hold (placebo 0); without regard to intervals 1 are within their range (placebo 0)"
+        in text
     )
     assert "larger, later" in (tmp_path / "mine.svg").read_text(encoding="utf-8")
 
@@ -144,3 +148,9 @@ def test_the_ranges_of_the_paper_admit_its_own_numbers_but_for_two_registered_on
     assert [name for name, each in shipped.built.items() if refusing(each.registered)] == ["fig3-d", "t4-a"]
     assert [name for name, each in shipped.built.items() if refusing(each.later)] == []
     assert sum(len(getattr(part, "paper", ())) for each in shipped.built.values() for part in each.later) == 26
+
+
+def test_the_documented_claims_are_built():
+    page = (ROOT / "docs" / "reports.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```yaml mine/study/mine_claims\.yaml\n(.*?)```", page, re.DOTALL)
+    assert [len(each.later) for each in build("study.report", yaml.safe_load(block)["report"]).built.values()] == [1, 1]

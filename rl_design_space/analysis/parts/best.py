@@ -54,10 +54,19 @@ class ExpectedOverBest(Ranged):
             for key, each in measures.items()
         }
         others = [key for key in points if key != self.expected]
-        severity = Severity(sum(tested[key].state == "holds" for key in others), len(others))
         expected = tested[self.expected]
+        severity = Severity(
+            passing=sum(tested[key].state == "holds" for key in others),
+            others=len(others),
+            is_near=self._is_near(expected),
+            others_near=sum(self._is_near(tested[key]) for key in others),
+        )
         remarks = (*expected.remarks, *at_the_edge(self.parameter, points, best))
         return replace(expected, severity=severity, remarks=remarks)
+
+    def _is_near(self, tested: Tested) -> bool:
+        low, high = self.range
+        return low <= tested.value <= high
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

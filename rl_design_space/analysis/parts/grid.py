@@ -51,7 +51,12 @@ class WithinOfAll(Ranged):
         value, samples = _over_others(plain, place), _over_others(resampled, place)
         tested, decisive = every_in_range(self.what, value, samples, *self.range)
         others = [other for other in range(len(values)) if other != place]
-        severity = Severity(sum(self._passes(_over_others(resampled, other)) for other in others), len(others))
+        severity = Severity(
+            passing=sum(self._passes(_over_others(resampled, other)) for other in others),
+            others=len(others),
+            is_near=self._is_near(value),
+            others_near=sum(self._is_near(_over_others(plain, other)) for other in others),
+        )
         best = values[int(plain.low[:, 0].argmin())]
         remarks = (
             f"decided by {self.parameter} = {values[others[decisive]]}",
@@ -65,6 +70,11 @@ class WithinOfAll(Ranged):
         low, high = self.range
         ends = [interval(ratios.row(index)) for index in range(len(ratios.low))]
         return all(low <= end[0] and end[1] <= high for end in ends)
+
+    def _is_near(self, ratios: Bounds) -> bool:
+        """Return whether each ratio is in the range."""
+        low, high = self.range
+        return bool(((low <= ratios.low) & (ratios.high <= high)).all())
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

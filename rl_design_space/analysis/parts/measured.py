@@ -14,7 +14,7 @@ from pydantic import AfterValidator
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.bounds import Bounds
 from rl_design_space.analysis.censoring import Censored
-from rl_design_space.analysis.statistics import resample_weights
+from rl_design_space.analysis.statistics import resample_weights, share_estimate
 from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measure_spec import parsed
@@ -53,6 +53,16 @@ def measured(name: str, recorded: LearningCurves, weights: FloatArray) -> Bounds
     found = Censored.of(measure(name), recorded, weights)
     samples = found.values
     return Bounds(samples, np.where(found.at_least, np.inf, samples) if found.at_least.any() else samples)
+
+
+def share_ends(name: str, recorded: LearningCurves) -> tuple[float, float] | None:
+    """Return the ends of the Wilson interval of a share that is 0 or 1 in every period; None of any other measure."""
+    found = measure(name)
+    values = found.each(recorded) if found.meaning.startswith("share of") else None
+    if values is None or not ((values == 0).all() or (values == 1).all()):
+        return None
+    _, low, high = share_estimate(values.astype(bool))
+    return low, high
 
 
 def value(name: str, recorded: LearningCurves, half: slice = slice(None)) -> float:

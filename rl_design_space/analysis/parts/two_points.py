@@ -7,9 +7,9 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.bounds import Bounds
 from rl_design_space.analysis.parts.data import Data
-from rl_design_space.analysis.parts.measured import Measure, measured, weightings
+from rl_design_space.analysis.parts.measured import Measure, measured, share_ends, weightings
 from rl_design_space.analysis.parts.ranged import Choice, Ranged
-from rl_design_space.analysis.tested import Tested
+from rl_design_space.analysis.tested import Tested, never_or_always
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -26,7 +26,9 @@ class Level(Ranged):
 
     def test(self, data: Data) -> Tested:
         recorded = data.one(self.point)
-        return self._tested(*(measured(self.measure, recorded, weights) for weights in weightings(recorded)))
+        tested = self._tested(*(measured(self.measure, recorded, weights) for weights in weightings(recorded)))
+        ends = share_ends(self.measure, recorded)
+        return never_or_always(tested, *ends) if ends else tested
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -67,6 +69,11 @@ class Ratio(OfTwo):
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Difference(OfTwo):
     """A measure of one point minus that of another; see `OfTwo`."""
+
+    def test(self, data: Data) -> Tested:
+        tested = super().test(data)
+        one, other = (share_ends(self.measure, data.one(where)) for where in (self.point, self.to))
+        return never_or_always(tested, one[0] - other[1], one[1] - other[0]) if one and other else tested
 
     def _compared(self, one: Bounds, other: Bounds) -> Bounds:
         return one.minus(other)
