@@ -43,7 +43,7 @@ def drawn(parts: pd.DataFrame, later_parts: pd.DataFrame | None, title: str) -> 
     axis.set_yticks(range(len(lines)), names)
     for (claim, later), rows in lines.reset_index().groupby(["claim", "later"], sort=False)["index"]:
         verdict = lines.loc[rows.iloc[0], "verdict"]
-        label = (": " if len(rows) == 1 else "\n").join((f"{claim}, later" if later else claim, verdict))
+        label = (": " if len(rows) == 1 else "\n").join((f"{claim}, later" if later else str(claim), verdict))
         axis.text(_RIGHT, rows.mean(), label, va="center", fontsize=8, fontweight="bold")
         axis.axhline(rows.iloc[-1] + 0.5, color="0.85", linewidth=0.8, clip_on=False)
         if later:

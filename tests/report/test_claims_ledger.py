@@ -91,7 +91,7 @@ def test_a_ledger_without_any_run_is_drawn(study: Study, tmp_path: Path):
 @pytest.mark.parametrize(
     ("part", "message"),
     [
-        (ratio(1.5, measure="speed"), "claims.a.parts.0.measure=speed: speed: no such measure (there is"),
+        (ratio(1.5, measure="speed"), "claims.a.parts.0.measure: speed: no such measure (there is"),
         (ratio(1.5, lo=1.0), "lo: no such key"),
         ({"_target_": "nowhere.Part"}, "claims.a.parts.0._target_=nowhere.Part: cannot be imported"),
         (ratio(1.5, point={"world.size": 4, "world.siz": 1}), "world.siz: no such parameter"),
