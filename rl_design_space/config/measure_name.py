@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-from rl_design_space.learning.measures import ONLY_SCALARS, canonical
+from rl_design_space.learning.measures import ONLY_SCALARS, Measure, canonical, measure
 
 #: Keys of reports whose values name measures.
 _KEYS = ("measure", "measures", "value", "values")
@@ -22,6 +22,15 @@ def _value_name(spec: Any) -> str:
 MeasureName = Annotated[str, BeforeValidator(canonical, json_schema_input_type=str | dict[str, Any])]
 #: A field that names a measure or another recorded scalar.
 ValueName = Annotated[str, BeforeValidator(_value_name, json_schema_input_type=str | dict[str, Any])]
+
+
+def measure_of(name: str) -> Measure | None:
+    """Return the measure of a name; None of a scalar that is no measure.
+
+    Raises:
+        ConfigError: there is no such scalar or measure.
+    """
+    return None if name in ONLY_SCALARS else measure(name)
 
 
 def with_own_measures(node: Any) -> Any:

@@ -14,12 +14,13 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.censoring import Bounded
+from rl_design_space.config.measure_name import measure_of
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import ONLY_SCALARS, SCALARS, Measure, measure
+from rl_design_space.learning.measures import SCALARS
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, by_design, repetition
+from rl_design_space.report.points import Point, by_design, repetition, sample
 from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.selection import Where, comparable
 from rl_design_space.tracking.tracker import StoredRun
@@ -116,6 +117,19 @@ class Runs:
         for name in names:
             if name not in known:
                 raise ConfigError.unknown("parameter of these runs", name, known)
+
+    def with_larger(self, larger: Runs) -> Runs:
+        """Return these runs and larger samples of their designs, see `points.largest`; other designs are left out."""
+        runs = copy(self)
+        known = {sample(point) for point in self.points}
+        designs = {design for design, _ in known}
+        more = [point for point in larger.points if sample(point)[0] in designs and sample(point) not in known]
+        runs.points = [*self.points, *more]
+        recorded = sum(point.run is not None for point in more)
+        if recorded:
+            runs.made_by = f"{self.made_by} Larger samples of {recorded} points: {larger.made_by}"
+        runs.remarks = [*self.remarks, *(larger.remarks if recorded < len(more) else [])]
+        return runs
 
     def under(self, reading: Where) -> Runs:
         """Return these runs without the points that have one of these parameters with another value.
@@ -272,15 +286,6 @@ class Runs:
             return scalars[name]
         numbers = [point.run.scalars.get(name, float("nan")) for point in seeds if point.run]
         return sum(numbers) / len(numbers)
-
-
-def measure_of(name: str) -> Measure | None:
-    """Return the measure of a name; None of a scalar that is no measure.
-
-    Raises:
-        ConfigError: there is no such scalar or measure.
-    """
-    return None if name in ONLY_SCALARS else measure(name)
 
 
 def _joined(numbers: Iterable[Any]) -> str:
