@@ -171,7 +171,7 @@ def least_chance(samples: Bounds) -> float:
 
 def interval(samples: Bounds) -> tuple[float, float]:
     """Return the ends of the 95 % interval of a statistic of which only bounds may be known."""
-    if np.array_equal(samples.low, samples.high):
+    if np.array_equal(samples.low, samples.high) and np.isfinite(samples.low).all():
         low, high = percentile_interval(samples.low)
         return float(low), float(high)
     ends = (np.percentile(samples.low, 2.5, method="lower"), np.percentile(samples.high, 97.5, method="higher"))

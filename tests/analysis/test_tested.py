@@ -86,3 +86,10 @@ def test_placebo_by_hand():
     assert found == (2, 3, pytest.approx(0.5))  # the third always passes, so the second must: 1/2
     assert placebo([(True, 0, 9), (True, 1, 2), (True, 3, 3)]).chance == 0.0
     assert placebo([]) is None
+
+
+def test_a_ratio_to_0_is_infinite_in_some_resamples_and_still_has_an_interval():
+    samples = np.where(np.arange(2000) < 100, np.inf, 2.0 + NOISE)
+    tested = in_range("a / 0", 2.0, samples, 1.0, math.inf)
+    assert (tested.state, tested.ci_high) == ("holds", math.inf)
+    assert 1.7 < tested.ci_low < 2.0

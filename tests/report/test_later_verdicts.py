@@ -9,12 +9,13 @@ import pandas as pd
 import pytest
 import yaml
 
+from rl_design_space._paths import CONF
 from rl_design_space.analysis.parts import Part
 from rl_design_space.config.build import build
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.planner import Planner
-from rl_design_space.plan.study import Study, load_study, plan_overrides
+from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report import ClaimsLedger
 from rl_design_space.report.claims_judged import claims_frame
 from rl_design_space.report.runs import Runs
@@ -137,8 +138,7 @@ def test_a_registered_range_that_the_papers_own_numbers_fail_stays_and_is_marked
 
 @pytest.fixture(scope="module")
 def shipped() -> ClaimsLedger:
-    with shipped_config():
-        return load_study("claims", ()).report()
+    return build("study.report", yaml.safe_load((CONF / "study" / "claims.yaml").read_text(encoding="utf-8"))["report"])
 
 
 def test_the_ranges_of_the_paper_admit_its_own_numbers_but_for_two_registered_ones(shipped: ClaimsLedger):
