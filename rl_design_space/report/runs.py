@@ -122,12 +122,7 @@ class Runs:
                 raise ConfigError.unknown("parameter of these runs", name, known)
 
     def with_larger(self, larger: Runs, command: str) -> Runs:
-        """Return these runs and larger samples of their designs, see `points.largest`; other designs are left out.
-
-        Args:
-            larger: the larger samples.
-            command: command line that makes them.
-        """
+        """Return these runs and larger samples of their designs, which a command line makes, see `points.largest`."""
         runs = copy(self)
         more = other_samples(larger.points, self.points)
         runs.points = [*self.points, *more]
