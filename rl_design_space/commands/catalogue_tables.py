@@ -92,8 +92,9 @@ def study_parts(study: StudyEntry) -> Iterable[Table | Text | str]:
     if study.variations:
         yield variation_table(study.variations)
         together = f"alone and up to {study.variations.order} together" if study.variations.order > 1 else "alone"
+        also = (" + ".join(names) for names in study.variations.also)
         around = (f"{' + '.join(names)} with each other one" for names in study.variations.around)
-        yield f"combined: {'; '.join([together, *around])}"
+        yield f"combined: {'; '.join([together, *also, *around])}"
     if study.plan.axes:
         yield plan_table(study.plan)
     if study.plan:

@@ -47,12 +47,14 @@ class Variations:
     Attributes:
         readings: the values that each reading gives to a point, by name.
         order: largest number of readings that are combined: 1 for each alone, 2 for pairs as well.
-        around: combinations to which each other reading is added, whatever the order.
+        also: combinations of any size beside these.
+        around: combinations beside these, also with each other reading added.
         values: values of every changed point, e.g. {task.periods: 100}.
     """
 
     readings: dict[str, Values]
     order: Annotated[int, Field(ge=1, le=4)] = 1
+    also: Annotated[tuple[Names, ...], Field(strict=False)] = ()
     around: Annotated[tuple[Names, ...], Field(strict=False)] = ()
     values: Values = field(default_factory=dict)
 
@@ -63,12 +65,12 @@ class Variations:
                 if key.partition(".")[0] not in known:
                     where = f"reading {reading}" if reading else "values"
                     raise ConfigError(f"{where}: {ConfigError.unknown('key of points', key, known)}")
-        for names in self.around:
+        for key, names in [*(("also", each) for each in self.also), *(("around", each) for each in self.around)]:
             for name in names:
                 if name not in self.readings:
-                    raise ConfigError(f"around: {ConfigError.unknown('reading', name, self.readings)}")
+                    raise ConfigError(f"{key}: {ConfigError.unknown('reading', name, self.readings)}")
             if self._joined(names) is None:
-                raise ConfigError(f"around: {', '.join(names)}: should be readings that change different keys")
+                raise ConfigError(f"{key}: {', '.join(names)}: should be readings that change different keys")
 
     @cached_property
     def combinations(self) -> Sequence[Combination]:
@@ -77,6 +79,7 @@ class Variations:
         chosen: list[tuple[str, ...]] = [(name,) for name in self.readings]
         for size in range(2, self.order + 1):
             chosen += combinations(acting, size)
+        chosen += self.also
         for names in self.around:
             chosen += [names, *((*names, other) for other in acting if other not in names)]
         place = {name: number for number, name in enumerate(self.readings)}

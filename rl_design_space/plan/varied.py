@@ -35,6 +35,7 @@ class Varied:
 
     def __init__(self, variations: Variations, more: Sequence[str], composer: Composer) -> None:
         self._composer = composer
+        self._settings = list(filter(is_setting, more))
         self._kept = {_key(override) for override in more if not is_setting(override)}
         self._unused = {name: values for name, values in variations.readings.items() if values and not self._kept}
         self._options: dict[tuple[str, str], Any] = {}
@@ -94,7 +95,7 @@ class Varied:
 
     def _option(self, group: str, override: str) -> Any:
         if (group, override) not in self._options:
-            self._options[group, override] = self._composer.parts([override]).values[group]
+            self._options[group, override] = self._composer.parts([*self._settings, override]).values[group]
         return self._options[group, override]
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from omegaconf import OmegaConf
 
+from rl_design_space.config.compose import Composer
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.plan import Plan
 from rl_design_space.plan.planner import Planner
@@ -48,6 +49,11 @@ def test_combinations_change_different_keys_and_come_once():
     ]
     assert len(found) == len({each.readings for each in found}) == 7 + (6 * 5 // 2 - 1) + 4
     assert found[-1].values == {"learner.explore": "all", "world": "walled", "learner.alpha": 0.2}
+
+
+def test_single_combinations_may_be_listed():
+    found = Variations(readings=READINGS, also=[["walls", "any", "slow"], ["any"]]).combinations
+    assert [each.readings for each in found[len(READINGS) :]] == [("any", "walls", "slow")]
 
 
 def test_each_reading_changes_each_point_that_has_its_keys(planned):
@@ -110,6 +116,12 @@ def test_the_command_line_wins(planned):
     assert len(planned(BLOCKS, "representation=ad_hoc", **of(["horizontal", "any"]))) == 2
 
 
+def test_settings_of_the_command_reach_the_options_that_readings_choose(planner: Planner):
+    composer = Composer(sweep=planner.composer.config(["tracking=none"]))
+    config = OmegaConf.create({"study": {"blocks": BLOCKS, **of(["walls"])}})
+    assert len(plan_study("mine", config, ("tracking=none",), Planner(composer))) == 4
+
+
 def test_constraints_drop_changed_points_as_well(planned):
     constraint = {"drop": 'world == "walled" and representation == "direction"', "why": "not of interest"}
     plan = planned(BLOCKS, **of(["walls", "any"], order=2), constraints={"no_walls": constraint})
@@ -135,6 +147,10 @@ def test_points_of_included_studies_are_changed(planner: Planner):
         ({"readings": {"a": {"learner.alpha": 7}}}, "learner.alpha=7: "),
         ({"readings": READINGS, "order": 0}, "variations.order=0: "),
         ({"readings": READINGS, "around": [["all"]]}, "around: all: no such reading"),
+        (
+            {"readings": READINGS, "also": [["any", "any action"]]},
+            "also: any action: no such reading",
+        ),
         ({"readings": READINGS, "around": [["slow", "fast"]]}, "around: slow, fast: should be readings that change"),
         ({"readings": READINGS, "trebles": []}, "variations.trebles: "),
     ],
