@@ -15,7 +15,8 @@ from rl_design_space.report.style import interval
 
 #: Readings in a table.
 _SHOWN = 10
-_TIMES = "times less likely"
+#: From where on a number of times is a power of ten.
+_MANY = 10_000
 
 
 def likelihoods(joint: pd.DataFrame, titles: Mapping[Any, str], limit: float) -> list[str]:
@@ -33,15 +34,7 @@ def likelihoods(joint: pd.DataFrame, titles: Mapping[Any, str], limit: float) ->
         if np.isnan(reading["joint"]):
             numbers = [f"missing: {reading['of'] - reading['cells']} cells", *[""] * (len(numbers) - 1)]
         rows.append([reading["reading"], reading["says"], *numbers, _fits(reading, titles)])
-    header = [
-        "reading",
-        "says",
-        _TIMES,
-        "log likelihood",
-        *(f"of this, {title}" for title in titles.values()),
-        "P",
-        "fits",
-    ]
+    header = ["reading", "says", "times less likely", "log likelihood", *titles.values(), "P", "fits"]
     whole = joint.dropna(subset="joint")
     near = int((whole["behind"] <= math.log(limit)).sum())
     single = int((whole["one_panel"] != "").sum())
@@ -50,7 +43,7 @@ def likelihoods(joint: pd.DataFrame, titles: Mapping[Any, str], limit: float) ->
         f"Of {len(whole)} readings, {near} are at most {limit:g} times less likely than the best one; {single} fit one "
         "panel and not another, which chance gives to some of so many.",
         table(pd.DataFrame(rows, columns=header)),
-        "Log likelihood: sum over the cells of the log density of the published number, if it is the mean of P periods "
+        "Log likelihood, and the part of each panel: sum over the cells of the log density of the published number, if it is the mean of P periods "
         f"under the reading; P ({PERIODS[0]:,} to {PERIODS[-1]:,}) is the one that makes it largest, the same for all "
         f"cells. With probability {STRAY:g} a number is anything within a factor of 10, so that no cell alone rules a "
         f"reading out. A reading fits a panel that is at most {limit:g} times less likely under it than under the best "
@@ -80,9 +73,10 @@ def distances(fits: pd.DataFrame, titles: Mapping[Any, str]) -> list[str]:
 
 def _times(behind: float) -> str:
     """Return how many times less likely, e.g. `1`, `37`, `10^12`."""
-    if behind < math.log(9999.5):
-        return f"{math.exp(behind):,.0f}" if behind >= math.log(9.95) else f"{math.exp(behind):.2g}"
-    return f"10^{behind / math.log(10):.0f}"
+    times = math.exp(min(behind, math.log(_MANY)))
+    if times > _MANY - 0.5:
+        return f"10^{behind / math.log(10):.0f}"
+    return f"{times:,.0f}" if times >= 9.95 else f"{times:.2g}"
 
 
 def _fits(reading: Mapping[Any, Any], titles: Mapping[Any, str]) -> str:

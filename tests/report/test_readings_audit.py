@@ -19,6 +19,7 @@ from rl_design_space.report.base import MAIN
 from rl_design_space.report.published_table import PublishedTable
 from rl_design_space.report.reading_points import ReadingPoints
 from rl_design_space.report.readings_audit import JOINT, ReadingsAudit
+from rl_design_space.report.readings_text import _times
 from rl_design_space.report.runs import Runs
 from tests.report.readers import LearningReader, unpadded
 
@@ -146,6 +147,16 @@ def test_files_hold_ranking_commands_and_missing_points(
     assert "| any action | `learner.explore=all` |" in unpadded(text)
     assert "**Missing: 1 of 20 points**; `rl-design-space study=audit` makes them." in text
     assert "missing: 1 cells" in text
+    assert "Of 1 readings, 1 are at most 100 times less likely than the best one" in text
+    joint = pd.read_csv(tmp_path / "audit_joint.csv")
+    assert joint.columns.tolist() == [
+        "reading", "joint", "behind", "periods", "fits", "one_panel", "cells", "of",
+        "log_likelihood_ad_hoc", "log_likelihood_direction",
+    ]  # fmt: skip
+    assert pd.read_csv(tmp_path / "audit.csv").columns.tolist() == [
+        "reading", "panel", "cells", "of", "rms", "ci_low", "ci_high", "bias", "bias_low", "bias_high", "largest",
+        "log_likelihood",
+    ]  # fmt: skip
     assert "quick look" in (tmp_path / "audit.svg").read_text(encoding="utf-8")
 
 
@@ -162,6 +173,12 @@ def test_the_shipped_audits_know_every_reading_by_its_points(planner: Planner):
             assert [len(each) for each in cells] == [9, 9], reading.name
             chosen |= {point.planned.fingerprint for each in cells for seeds in each.values() for point in seeds}
         assert chosen == {planned.fingerprint for planned in study.plan}
+
+
+def test_times_less_likely_are_read_at_a_glance():
+    assert [_times(np.log(times)) for times in (1, 1.24, 9.9, 37.2, 9999, 1e4, 3e12)] == [
+        "1", "1.2", "9.9", "37", "9,999", "10^4", "10^12",
+    ]  # fmt: skip
 
 
 # The fit.
