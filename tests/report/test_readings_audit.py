@@ -18,7 +18,7 @@ from rl_design_space.plan.study import Study, load_study, plan_study
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.published_table import PublishedTable
 from rl_design_space.report.reading_points import ReadingPoints
-from rl_design_space.report.readings_audit import JOINT, ReadingsAudit
+from rl_design_space.report.readings_audit import JOINT, LIMIT, ReadingsAudit
 from rl_design_space.report.readings_text import _times
 from rl_design_space.report.runs import Runs
 from tests.report.readers import LearningReader, unpadded
@@ -115,7 +115,9 @@ def test_a_reading_with_a_missing_cell_is_last_and_without_numbers(study: Study,
 
 def test_readings_are_ranked_by_their_likelihood_over_all_panels(study: Study, table: PublishedTable):
     joint = audited(study, table, frame=JOINT)
-    assert joint["reading"].tolist()[0] == "as decided"
+    behind = joint.set_index("reading")["behind"]
+    # With few periods a reading that changes little can be as likely as the true one.
+    assert behind["as decided"] < np.log(LIMIT) < behind["any action"]
     assert joint["behind"].iloc[0] == 0
     assert joint["behind"].is_monotonic_increasing
     assert joint["joint"].tolist() == pytest.approx((joint["ad_hoc"] + joint["direction"]).tolist())
