@@ -52,7 +52,8 @@ def draw_readings(
     more = f", the first {len(shown)} of {len(joint)} readings" if len(joint) > len(shown) else ""
     figure.suptitle(title + more, fontsize=12)
     figure.supxlabel(
-        f"Times less likely than the best reading, as a power of ten; dashed: {limit:g} times. P: periods of a mean",
+        f"Times less likely than the best reading, as a power of ten; dashed: {limit:g} times. P: periods of a mean. "
+        "Blue: as decided. Orange: fits one panel and not another.",
         fontsize=9,
     )
     return figure
@@ -75,7 +76,8 @@ def _draw_panel(axis: Axes, shown: pd.DataFrame, behind: pd.Series[float], limit
         colour = BLUE if reading["decided"] else VERMILION if reading["one_panel"] else GREY
         axis.barh(row, far, height=0.55, color=colour, alpha=0.75)
         axis.plot(far, row, marker="o", markersize=4, color=colour)
-        axis.annotate(note, (far, row), xytext=(6, 0), textcoords="offset points", va="center", fontsize=8)
+        where = {"xytext": (6, 0), "textcoords": "offset points", "va": "center"}
+        axis.annotate(note, (far, row), fontsize=8, bbox={"facecolor": "white", "linewidth": 0, "pad": 0.6}, **where)
     axis.axvline(np.log10(limit), color="black", linestyle="--", linewidth=0.8)
     axis.set_xlim(0, max(1.4 * np.nanmax(decades, initial=0), 3))
     axis.grid(axis="x", color="0.9")

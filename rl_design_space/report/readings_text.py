@@ -44,11 +44,11 @@ def likelihoods(joint: pd.DataFrame, titles: Mapping[Any, str], limit: float) ->
         "panel and not another, which chance gives to some of so many.",
         table(pd.DataFrame(rows, columns=header)),
         "Log likelihood, and the part of each panel: sum over the cells of the log density of the published number, as "
-        f"the mean of P periods under the reading; P ({PERIODS[0]:,} to {PERIODS[-1]:,}) is the one that makes it "
-        f"largest, the same for all cells. With probability {STRAY:g} a number is anything within a factor of 10, so "
-        "that no cell alone rules a reading out. A reading fits a panel that is at most "
-        f"{limit:g} times less likely under it than under the best reading of this panel. That one reading is the most "
-        "likely of those tried does not mean that it is likely.",
+        f"the mean of P periods under the reading. P ({PERIODS[0]:,} to {PERIODS[-1]:,}) is the one that makes it "
+        f"largest, the same for all cells; {PERIODS[0]:,} says that some numbers lie farther off than chance puts "
+        f"them. With probability {STRAY:g} a number is anything within a factor of 10, so that no cell alone rules a "
+        f"reading out. A reading fits a panel that is at most {limit:g} times less likely under it than under the best "
+        "reading of this panel. That one reading is the most likely of those tried does not mean that it is likely.",
     ]
 
 
