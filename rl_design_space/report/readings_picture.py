@@ -76,8 +76,8 @@ def _draw_panel(axis: Axes, shown: pd.DataFrame, behind: pd.Series[float], limit
         colour = BLUE if reading["decided"] else VERMILION if reading["one_panel"] else GREY
         axis.barh(row, far, height=0.55, color=colour, alpha=0.75)
         axis.plot(far, row, marker="o", markersize=4, color=colour)
-        where = {"xytext": (6, 0), "textcoords": "offset points", "va": "center"}
-        axis.annotate(note, (far, row), fontsize=8, bbox={"facecolor": "white", "linewidth": 0, "pad": 0.6}, **where)
+        label = {"facecolor": "white", "linewidth": 0, "pad": 0.6}
+        axis.annotate(note, (far, row), xytext=(6, 0), textcoords="offset points", va="center", fontsize=8, bbox=label)
     axis.axvline(np.log10(limit), color="black", linestyle="--", linewidth=0.8)
     axis.set_xlim(0, max(1.4 * np.nanmax(decades, initial=0), 3))
     axis.grid(axis="x", color="0.9")
