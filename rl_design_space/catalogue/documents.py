@@ -90,6 +90,8 @@ def study(
         "additionalProperties": False,
     }
     fields = opened_fields(_without_title(variations))
+    needed = {"variations": {"required": fields.pop("required", [])}, "report": {"allOf": _needed(report["allOf"])}}
+    checked = {**report, "allOf": [_lenient(rule) for rule in report["allOf"] if "if" in rule]}
     for name, values in (("readings", {"additionalProperties": _CHANGES}), ("values", _CHANGES)):
         words = {"description": fields["properties"][name]["description"]}
         fields["properties"][name] = {"type": "object", **values, **words}
@@ -113,11 +115,25 @@ def study(
                 "items": {"type": "string"},
             },
             "variations": {"description": "readings that change these points, alone and combined", **fields},
-            "report": {"description": "the report that rl-design-report writes", **report},
+            "report": {"description": "the report that rl-design-report writes", **checked},
         },
         "additionalProperties": False,
+        **_unless_inherited({"properties": needed}),
         "anyOf": [{"required": [key]} for key in ("blocks", "includes", "report", "defaults")],
     }
+
+
+def _needed(rules: Iterable[Schema]) -> list[Schema]:
+    """Return what the rules of a component require, without what they check."""
+    return [
+        {"if": rule["if"], "then": {"required": rule["then"].get("required", [])}} if "if" in rule else rule
+        for rule in rules
+    ]
+
+
+def _lenient(rule: Schema) -> Schema:
+    """Return a rule of a component without what it requires."""
+    return {**rule, "then": {key: value for key, value in rule["then"].items() if key != "required"}}
 
 
 def changes(keys: Mapping[str, Schema], tops: Iterable[str]) -> Schema:

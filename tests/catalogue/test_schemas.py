@@ -92,6 +92,7 @@ def test_a_shipped_file_names_its_schema_and_conforms_to_it(file: Path):
             "study",
             "{includes: [a], variations: {readings: {b: {learner.alpha: 0.5}}, around: [[b]], values: {seed: 1}}}",
         ),
+        ("study", "{defaults: [mine], variations: {order: 2}, report: {title: of two}}"),
         ("", "{defaults: [{world: torus}, _self_], seed: 1, threads: 2, exploration: {k: 0.1}}"),
     ],
 )
@@ -134,6 +135,14 @@ def test_files_that_hydra_accepts_are_valid(group: str, text: str):
             "{_target_: hydra_plugins.rl_design_space.launcher.DesignLauncher, dumps: 1}",
             "dumps",
             "1 is",
+        ),
+        ("study", "{includes: [a], variations: {order: 2}}", "variations", "'readings' is a required property"),
+        ("study", "{report: {title: a}}", "report", "'_target_' is a required property"),
+        (
+            "study",
+            "{report: {_target_: rl_design_space.report.StateSpace}}",
+            "report",
+            "'title' is a required property",
         ),
         ("study", "blocks: [a, b]", "blocks", "is not of type 'object'"),
         (
