@@ -46,11 +46,13 @@ class JointFit:
         total: log likelihood of all cells.
         panels: the part of each panel.
         periods: the number of periods of a published mean at which it is largest.
+        at: log likelihood of all cells by the number of periods.
     """
 
     total: float
     panels: Mapping[str, float]
     periods: int
+    at: Mapping[int, float]
 
 
 def joint_fit(panels: Mapping[str, FloatArray], periods: Sequence[int] = PERIODS) -> JointFit:
@@ -63,7 +65,8 @@ def joint_fit(panels: Mapping[str, FloatArray], periods: Sequence[int] = PERIODS
     sums = {panel: cells.sum(axis=0) for panel, cells in panels.items()}
     total = np.sum(list(sums.values()), axis=0)
     best = int(np.argmax(total))
-    return JointFit(float(total[best]), {panel: float(part[best]) for panel, part in sums.items()}, periods[best])
+    parts = {panel: float(part[best]) for panel, part in sums.items()}
+    return JointFit(float(total[best]), parts, periods[best], dict(zip(periods, total.tolist(), strict=True)))
 
 
 def log_density(

@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.likelihood import joint_fit
+from rl_design_space.analysis.likelihood import PERIODS, joint_fit
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.study import load_study
@@ -35,7 +35,7 @@ LIMIT = 100
 _Combinations = Annotated[tuple[Annotated[tuple[str, ...], Field(strict=False)], ...], Field(strict=False)]
 _FIT = ["rms", "ci_low", "ci_high", "bias", "bias_low", "bias_high", "largest"]
 _COLUMNS = ["reading", "panel", "cells", "of", *_FIT, "log_likelihood"]
-_JOINT_COLUMNS = ["reading", "joint", "behind", "periods", "fits", "one_panel", "cells", "of"]
+_JOINT_COLUMNS = ["reading", "joint", "behind", "periods", "joint_at_named", "fits", "one_panel", "cells", "of"]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -48,6 +48,7 @@ class ReadingsAudit(Report):
         readings: what each reading says, by its name; the one that says nothing is the one that was decided for.
         order: largest number of readings that are combined, as in the `variations` of a study.
         also, around: further combinations, as there.
+        named_periods: periods of a mean, if the text names them; one of `analysis.likelihood.PERIODS`.
     """
 
     shows: str = "Readings ranked by how likely the published numbers are under each, by panel and over all panels"
@@ -57,6 +58,13 @@ class ReadingsAudit(Report):
     order: Annotated[int, Field(ge=1)] = 1
     also: _Combinations = ()
     around: _Combinations = ()
+    named_periods: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.named_periods not in (None, *PERIODS):
+            raise ConfigError.at(
+                "named_periods", self.named_periods, f"should be one of {', '.join(map(str, PERIODS))}"
+            )
 
     def frames(self, runs: Runs) -> Frames:
         """Return the fit of each reading, to each panel and to all of them; see `analysis.likelihood` and `.fit`.
@@ -67,9 +75,9 @@ class ReadingsAudit(Report):
             log_likelihood (of the panel).
 
             The frame `JOINT` has a row for each reading, the most likely one first: reading, joint (log likelihood of
-            all panels), behind (that of the best reading minus joint), periods (P), fits (how many panels it fits, see
-            `LIMIT`), one_panel (the panels that it fits if it does not fit all), cells, of, and the log likelihood of
-            each panel under the panel's name.
+            all panels), behind (that of the best reading minus joint), periods (P), joint_at_named (joint at
+            `named_periods`), fits (how many panels it fits, see `LIMIT`), one_panel (the panels that it fits if it does
+            not fit all), cells, of, and the log likelihood of each panel under the panel's name.
 
             Readings without all cells come last, without numbers. Not written: title (of the panel), says (what the
             reading says), decided (whether it is the one that was decided for).
@@ -83,7 +91,7 @@ class ReadingsAudit(Report):
         for reading, cells in self._distinct(points, fitted, panels):
             fits = {panel: fitted(panel, cells[panel]) for panel in panels}
             said = {"reading": reading.name, "says": _in_words(reading.values), "decided": not reading.values}
-            whole = {**said, **_joint(fits)}
+            whole = {**said, **_joint(fits, self.named_periods)}
             joint.append(whole)
             for panel, each in fits.items():
                 if (key := fitted.key(panel, cells[panel])) not in known:  # else the reading makes no difference here
@@ -104,7 +112,7 @@ class ReadingsAudit(Report):
     def text(self, frames: Frames) -> list[str]:
         """Return the first readings by likelihood over all panels, and by the distance from each panel."""
         titles = _titles(frames)
-        return [*likelihoods(frames[JOINT], titles, LIMIT), *distances(frames[MAIN], titles)]
+        return [*likelihoods(frames[JOINT], titles, LIMIT, self.named_periods), *distances(frames[MAIN], titles)]
 
     def published_table(self) -> PublishedTable:
         """Return the report with the published numbers.
@@ -140,11 +148,12 @@ class ReadingsAudit(Report):
                 yield reading, cells
 
 
-def _joint(fits: Mapping[Any, PanelFit]) -> dict[Any, Any]:
+def _joint(fits: Mapping[Any, PanelFit], named: int | None) -> dict[Any, Any]:
     """Return the fit of a reading to all panels."""
     found: dict[Any, Any] = {
         "joint": math.nan,
         "periods": math.nan,
+        "joint_at_named": math.nan,
         "cells": sum(each.recorded for each in fits.values()),
         "of": sum(each.published for each in fits.values()),
         **dict.fromkeys(fits, math.nan),
@@ -153,6 +162,7 @@ def _joint(fits: Mapping[Any, PanelFit]) -> dict[Any, Any]:
     if len(densities) == len(fits):
         joint = joint_fit(densities)
         found |= {"joint": joint.total, "periods": joint.periods, **joint.panels}
+        found["joint_at_named"] = joint.at[named] if named else math.nan
     return found
 
 

@@ -19,22 +19,26 @@ _SHOWN = 10
 _MANY = 10_000
 
 
-def likelihoods(joint: pd.DataFrame, titles: Mapping[Any, str], limit: float) -> list[str]:
+def likelihoods(joint: pd.DataFrame, titles: Mapping[Any, str], limit: float, named: int | None) -> list[str]:
     """Return the first readings by their likelihood over all panels.
 
     Args:
         joint: a row for each reading, see `ReadingsAudit.frames`.
         titles: of the panels.
         limit: how many times less likely than the best of a panel a reading may be to fit it.
+        named: number of periods that the text names.
     """
     rows = []
-    for reading in joint.head(_SHOWN).to_dict("records"):
+    behind_named = joint["joint_at_named"].max() - joint["joint_at_named"]
+    for reading, far in zip(joint.head(_SHOWN).to_dict("records"), behind_named, strict=False):
         parts = [f"{reading[panel]:.1f}" for panel in titles]
         numbers = [_times(reading["behind"]), f"{reading['joint']:.1f}", *parts, f"{reading['periods']:,.0f}"]
+        numbers += [_times(far)] if named else []
         if np.isnan(reading["joint"]):
             numbers = [f"missing: {reading['of'] - reading['cells']} cells", *[""] * (len(numbers) - 1)]
         rows.append([reading["reading"], reading["says"], *numbers, _fits(reading, titles)])
-    header = ["reading", "says", "times less likely", "log likelihood", *titles.values(), "P", "fits"]
+    at_named = [f"times less likely at P = {named:,}"] if named else []
+    header = ["reading", "says", "times less likely", "log likelihood", *titles.values(), "P", *at_named, "fits"]
     whole = joint.dropna(subset="joint")
     near = int((whole["behind"] <= math.log(limit)).sum())
     single = int((whole["one_panel"] != "").sum())

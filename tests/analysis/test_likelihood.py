@@ -107,5 +107,6 @@ def test_the_total_is_the_sum_of_its_panels_at_one_number_of_periods():
     cells = {"a": np.array([[0.0, 3.0], [0.0, 1.0]]), "b": np.array([[2.5, -1.0]])}
     fit = joint_fit(cells, [100, 200])
     assert (fit.total, fit.panels, fit.periods) == (3.0, {"a": 4.0, "b": -1.0}, 200)
+    assert fit.at == {100: 2.5, 200: 3.0}
     assert PERIODS[0] == 100
     assert PERIODS[-1] == 2000

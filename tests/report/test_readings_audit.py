@@ -41,6 +41,7 @@ AUDIT = ReadingsAudit(
     table="table4",
     decided={"learner.explore": "non_greedy", "representation.rule": "dominant_axis"},
     readings=READINGS,
+    named_periods=500,
 )
 
 
@@ -122,6 +123,7 @@ def test_readings_are_ranked_by_their_likelihood_over_all_panels(study: Study, t
     assert joint["behind"].is_monotonic_increasing
     assert joint["joint"].tolist() == pytest.approx((joint["ad_hoc"] + joint["direction"]).tolist())
     assert joint["periods"].between(100, 2000).all()
+    assert (joint["joint_at_named"] <= joint["joint"]).all()
 
 
 def test_a_reading_that_fits_one_panel_alone_is_marked(study: Study, table: PublishedTable):
@@ -149,10 +151,11 @@ def test_files_hold_ranking_commands_and_missing_points(
     assert "| any action | `learner.explore=all` |" in unpadded(text)
     assert "**Missing: 1 of 20 points**; `rl-design-space study=audit` makes them." in text
     assert "missing: 1 cells" in text
+    assert "times less likely at P = 500" in text
     assert "Of 1 readings, 1 are at most 100 times less likely than the best one" in text
     joint = pd.read_csv(tmp_path / "audit_joint.csv")
     assert joint.columns.tolist() == [
-        "reading", "joint", "behind", "periods", "fits", "one_panel", "cells", "of",
+        "reading", "joint", "behind", "periods", "joint_at_named", "fits", "one_panel", "cells", "of",
         "log_likelihood_ad_hoc", "log_likelihood_direction",
     ]  # fmt: skip
     assert pd.read_csv(tmp_path / "audit.csv").columns.tolist() == [
