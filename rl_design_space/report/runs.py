@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
-from rl_design_space.analysis.statistics import Estimate
+from rl_design_space.analysis.censoring import Bounded
+from rl_design_space.config.measure_name import measure_of
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measure, scaled_to_equal_steps
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, by_design, repetition
-from rl_design_space.tracking.run_frame import ABOUT
+from rl_design_space.report.points import Point, by_design, points_of_frame, repetition, sample
 from rl_design_space.tracking.selection import Where, comparable
-from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
+
+#: Stands for the number of runs in a text.
+_RUNS = "\0"
 
 
 class Runs:
@@ -34,7 +37,7 @@ class Runs:
         points: in any order.
         reader: of the tracking store.
         name: what the points are called in messages.
-        made_by: paragraph that says where the report comes from.
+        made_by: paragraph that says where the report comes from; `_RUNS` in it stands for the number of runs used.
         remarks: more paragraphs, such as how many points are missing.
         mark: short note for the corner of a picture.
     """
@@ -49,10 +52,13 @@ class Runs:
         mark: str = "",
     ) -> None:
         self.points = list(points)
-        self.made_by, self.remarks, self.mark = made_by, remarks, mark
+        self.remarks, self.mark = remarks, mark
+        self._made_by = made_by
         self._name = name
         self._reader = reader
         self._results: dict[Point, LearningCurves | None] = {}
+        #: Points whose results were asked for.
+        self._used: set[Point] = set()
 
     @classmethod
     def of_study(cls, study: Study, reader: Reader) -> Runs:
@@ -87,17 +93,17 @@ class Runs:
         """
         if frame.empty:
             raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
-        points = []
-        for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
-            there = {str(name): value for name, value in record.items() if not pd.isna(value)}
-            scalars = {name: there.pop(name) for name in SCALARS if name in there}
-            run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
-            points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
+        points = points_of_frame(frame)
         periods = _joined({point.parameters["task.periods"] for point in points})
-        runs = "1 run" if len(points) == 1 else f"{len(points)} runs"
-        return cls(
-            points, reader, made_by=f"Made by {code(command)} from {runs}, {periods} periods a point.", remarks=remarks
-        )
+        made_by = f"Made by {code(command)} from {_RUNS}, {periods} periods a point."
+        return cls(points, reader, made_by=made_by, remarks=remarks)
+
+    @property
+    def made_by(self) -> str:
+        """Paragraph that says where the report comes from; call it after the report has read what it shows."""
+        used, found = len(self._used), len(self.points)
+        number = f"{used} of {found} runs" if used < found else "1 run" if found == 1 else f"{found} runs"
+        return self._made_by.replace(_RUNS, number)
 
     @property
     def recorded(self) -> list[Point]:
@@ -114,6 +120,19 @@ class Runs:
         for name in names:
             if name not in known:
                 raise ConfigError.unknown("parameter of these runs", name, known)
+
+    def with_larger(self, larger: Runs) -> Runs:
+        """Return these runs and larger samples of their designs, see `points.largest`; other designs are left out."""
+        runs = copy(self)
+        known = {sample(point) for point in self.points}
+        designs = {design for design, _ in known}
+        more = [point for point in larger.points if sample(point)[0] in designs and sample(point) not in known]
+        runs.points = [*self.points, *more]
+        recorded = sum(point.run is not None for point in more)
+        if recorded:
+            runs._made_by = f"{self._made_by} Larger samples of {recorded} points: {larger._made_by}"
+        runs.remarks = [*self.remarks, *(larger.remarks if recorded < len(more) else [])]
+        return runs
 
     def under(self, reading: Where) -> Runs:
         """Return these runs without the points that have one of these parameters with another value.
@@ -184,10 +203,14 @@ class Runs:
 
     def kept(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
+        self._used.add(point)
         if point not in self._results:
             arrays = self._reader.periods(point.run) if point.run else {}
-            design = point.of_plan.point if point.of_plan else None
-            self._results[point] = LearningCurves.of_arrays(arrays, design) if "steps" in arrays else None
+            self._results[point] = (
+                LearningCurves.of_arrays(arrays, point.of_plan.point)
+                if point.of_plan and "steps" in arrays
+                else LearningCurves.found(arrays, point.parameters.get("world.size"))
+            )
         return self._results[point]
 
     def forget(self, point: Point) -> None:
@@ -228,6 +251,7 @@ class Runs:
         Raises:
             ConfigError: there is no such curve.
         """
+        self._used.add(point)
         arrays = self._reader.periods(point.run) if point.run else {}
         if name not in arrays or arrays[name].ndim != 1:
             raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])
@@ -235,39 +259,34 @@ class Runs:
         return curve
 
     def values(self, point: Point, name: str) -> FloatArray | None:
-        """Return what each period contributes to a scalar, (periods,); None if that is not known.
+        """Return what each period contributes to a scalar or measure, (periods,); None if that is not known.
 
         Raises:
-            ConfigError: there is no such scalar.
+            ConfigError: there is no such scalar or measure.
         """
-        known = dict.fromkeys((*SCALARS, *MEASURES, *ALIASES))
-        if name not in known:
-            raise ConfigError.unknown("scalar or measure", name, known)
+        measured = measure_of(name)
         result = self.kept(point)
-        if result is None or name not in (*MEASURES, *ALIASES):
+        if result is None or measured is None:
             return None
-        if name == "total_steps_scaled":  # the parameters of a run that was found in the store are all that is known
-            side = point.parameters["world.size"]
-            return scaled_to_equal_steps(result.total_steps, side) if isinstance(side, int | float) else None
-        return measure(name).each(result)
+        values = measured.each(result)
+        return None if values is None or np.isnan(values).any() else values
 
-    def estimate(self, points: Sequence[Point], name: str) -> Estimate:
-        """Return the mean of a scalar over designs, with its interval where the periods are known.
+    def estimate(self, points: Sequence[Point], name: str) -> Bounded:
+        """Return the mean of a scalar or measure over designs, with its interval where the periods are known.
 
         Raises:
-            ConfigError: there is no such scalar.
+            ConfigError: there is no such scalar or measure.
         """
         recorded = [point for point in points if point.run]
         repetitions = [repetition(point) for point in recorded]
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):
-            return mean_of_runs(known, repetitions)
-        results = [result for point in recorded if (result := self.kept(point))]
-        if results and len(results) == len(recorded) and name in MEASURES:
-            return estimate(MEASURES[name], results, repetitions)
+            return Bounded(*mean_of_runs(known, repetitions))
+        measured, results = measure_of(name), [result for point in recorded if (result := self.kept(point))]
+        if measured and results and len(results) == len(recorded) and measured.each(results[0]) is None:
+            return estimate(measured, results, repetitions)
         numbers = [self._scalar(seeds, name) for seeds in by_design(recorded)]
-        mean = sum(numbers) / len(numbers) if numbers else float("nan")
-        return Estimate(mean, float("nan"), float("nan"))
+        return Bounded(sum(numbers) / len(numbers) if numbers else math.nan, math.nan, math.nan)
 
     def _scalar(self, seeds: Sequence[Point], name: str) -> float:
         """Return a scalar of the seeds of one design: that of all their periods if they are known, else the mean."""

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
 from pydantic import AfterValidator, Field, Strict
 from pydantic.dataclasses import dataclass
 
-from rl_design_space._paths import expanded
+from rl_design_space._paths import expanded, why_unwritable
 from rl_design_space._strict import STRICT
+from rl_design_space.config.measure_name import ValueName
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
 from rl_design_space.learning.result import Kept
@@ -65,6 +66,7 @@ class MlflowTracking:
         curves: names of learning curves to record in addition to those that always are.
         every: number of trials from one recorded value of a curve to the next.
         artifact: what the artifact of a run holds: every trial of all periods and all curves, or the curves alone.
+        leaderboard: measures in the note and the leaderboard of a sweep; points are ranked by the first.
     """
 
     uri: Annotated[str, AfterValidator(checked_uri)]
@@ -75,6 +77,7 @@ class MlflowTracking:
     curves: Annotated[tuple[Annotated[str, AfterValidator(_known_curve)], ...], Strict(False)] = ()
     every: Annotated[int, Field(ge=1)] = 1
     artifact: Kept = "periods"
+    leaderboard: Annotated[tuple[ValueName, ...], Strict(False), Field(min_length=1)] = ("total_steps",)
 
     @property
     def address(self) -> StoreAddress:
@@ -84,19 +87,23 @@ class MlflowTracking:
     def open(self, command: str = "rl-design-space", delivery: BackgroundDelivery | None = None) -> Tracker:
         from rl_design_space.tracking.mlflow_client import configure_mlflow
         from rl_design_space.tracking.mlflow_tracker import MlflowTracker
+        from rl_design_space.tracking.read_only import not_writable
         from rl_design_space.tracking.schema import check_schema
 
+        if reason := why_unwritable(spools := Path(self.spool)):
+            raise not_writable(spools, reason)
         configure_mlflow(self.patience)
         check_schema(self.address)
         return MlflowTracker(
             self.address,
-            Path(self.spool),
+            spools,
             command,
             location=f"{self.uri}, experiment {self.experiment!r}",
             patience=self.patience,
             curves=self.curves,
             every=self.every,
             keep=self.artifact,
+            leaderboard=self.leaderboard,
             delivery=delivery,
         )
 

@@ -13,6 +13,8 @@ from urllib.parse import quote, unquote, urlencode, urlsplit
 from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import values
+from rl_design_space.learning.result import LearningCurves
 from rl_design_space.tracking import selection
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.artifacts import is_local, write_artifacts
@@ -161,6 +163,27 @@ class RunReader:
         table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["trial", *names, "run_id"])
         return table[["run_id", "trial", *names]]
 
+    def measured(self, runs: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
+        """Return measures of runs, a column for each name; NaN of runs that kept their learning curves alone.
+
+        Args:
+            runs: a frame of runs.
+            names: names of measures.
+
+        Raises:
+            ConfigError: there is no such measure, or it cannot be computed.
+            DamagedFileError: the periods of a run cannot be read.
+        """
+        import pandas as pd
+
+        sides = runs["world.size"] if "world.size" in runs else pd.Series(index=runs.index, dtype=float)
+        rows = []
+        for run_id, place, side in zip(runs.index, runs["artifacts"], sides, strict=True):
+            arrays = self.periods(StoredRun(str(run_id), artifacts=str(place)))
+            result = LearningCurves.found(arrays, side)
+            rows.append(values(names, result) if result else dict.fromkeys(names, float("nan")))
+        return pd.DataFrame(rows, index=runs.index, columns=list(names), dtype="float64")
+
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
         """Return the arrays of a run's artifact.
 
@@ -193,20 +216,23 @@ class RunReader:
         return f"{ui.rstrip('/')}/#/experiments/{self._experiment}/runs?{wanted}"
 
     def attach(self, study: str, paths: Sequence[Path]) -> None:
-        """Add files to the summary run of the last sweep of a study, if there is one."""
+        """Add files to the summary run of the last sweep of a study, if there is one.
+
+        Raises:
+            OSError: its folder cannot be written to.
+        """
         sweep = self._queries.newest_sweep(study)
         if sweep is None:
             return
-        if is_local(sweep.artifacts):
-            write_artifacts(f"{sweep.artifacts}/report", {path.name: path.read_bytes() for path in paths})
+        if is_local(sweep.artifacts) and (folder := self._local_folder(sweep.artifacts)):
+            write_artifacts(str(folder / "report"), {path.name: path.read_bytes() for path in paths})
             return
         for path in paths:
             self._client.log_artifact(sweep.run_id, str(path), "report")
 
     def _artifact(self, run: StoredRun, name: str, read: Callable[[str, Path], Read]) -> Read:
-        place = urlsplit(run.artifacts)
-        if place.scheme in ("", "file") and place.path:
-            return read(run.run_id, Path(unquote(place.path)) / name)
+        if folder_here := self._local_folder(run.artifacts):
+            return read(run.run_id, folder_here / name)
         with TemporaryDirectory() as folder:
             try:
                 path = Path(self._client.download_artifacts(run.run_id, name, folder))
@@ -215,6 +241,17 @@ class RunReader:
                     raise as_tracking_error(self._address.uri, error) from error
                 raise DamagedFileError(run.run_id, name, first_line(error)) from error
             return read(run.run_id, path)
+
+    def _local_folder(self, uri: str) -> Path | None:
+        """Return the folder of a run's files if it is on this machine: as recorded, or else beside the database."""
+        place = urlsplit(uri)
+        if place.scheme not in ("", "file") or not place.path:
+            return None
+        folder, database = Path(unquote(place.path)), sqlite_path(self._address.uri)
+        if database and not folder.exists():  # copied or mounted at another path
+            beside = database.parent.joinpath("artifacts", *folder.parts[-3:])
+            return beside if beside.exists() else folder
+        return folder
 
     @cached_property
     def _client(self) -> MlflowClient:
