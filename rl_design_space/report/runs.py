@@ -210,6 +210,10 @@ class Runs:
             )
         return self._results[point]
 
+    def forget(self, point: Point) -> None:
+        """Free the memory of a result that is not needed again."""
+        self._results.pop(point, None)
+
     def result(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run.
 
