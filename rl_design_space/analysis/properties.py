@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +94,16 @@ def optimal_moves(world: World, goals: NDArray[np.int32]) -> NDArray[np.bool_]:
 
 
 def _look(representation: Representation, world: World, goals: NDArray[np.int32]) -> _Layout:
-    return _Layout(representation.observation(world, goals), optimal_moves(world, goals))
+    optimal = _known_optimal_moves(world, tuple(goals.tolist()))  # type: ignore[arg-type] # all options are hashable
+    return _Layout(representation.observation(world, goals), optimal)
+
+
+@lru_cache(maxsize=512)
+def _known_optimal_moves(world: Any, goals: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return `optimal_moves`, which are searched for once for all representations."""
+    found: NDArray[np.bool_] = optimal_moves(world, np.array(goals, dtype=np.int32))
+    found.setflags(write=False)  # cached, so it is shared
+    return found
 
 
 def _votes(layout: _Layout) -> tuple[NDArray[np.int64], NDArray[np.intp], NDArray[np.int64], NDArray[np.int64]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from rl_design_space._arrays import FloatArray
 RESAMPLES = 5000
 #: Resampled values that are held in memory at once; it does not change which are drawn.
 _AT_ONCE = 10_000_000
+#: Resampled values that fit into the cache of a core.
+_IN_CACHE = 50_000
 
 
 class Estimate(NamedTuple):
@@ -23,6 +25,16 @@ class Estimate(NamedTuple):
     value: float
     low: float
     high: float
+
+
+class _Resampled(NamedTuple):
+    """Resampled values, as `scipy.stats.bootstrap` takes them.
+
+    Attributes:
+        bootstrap_distribution: (resamples,)
+    """
+
+    bootstrap_distribution: FloatArray
 
 
 def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
@@ -39,9 +51,12 @@ def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
         return Estimate(mean, np.nan, np.nan)
     if np.ptp(values) == 0:
         return Estimate(mean, mean, mean)
-    rng = np.random.default_rng(seed)
-    batch = max(1, _AT_ONCE // len(values)) if len(values) * RESAMPLES > _AT_ONCE else None
-    found = stats.bootstrap((values,), np.mean, n_resamples=RESAMPLES, batch=batch, method="BCa", rng=rng)
+    if len(values) * RESAMPLES > _AT_ONCE:
+        batch, rng = max(1, _AT_ONCE // len(values)), np.random.default_rng(seed)
+        found = stats.bootstrap((values,), np.mean, n_resamples=RESAMPLES, batch=batch, method="BCa", rng=rng)
+    else:
+        means = _Resampled(_resampled_means(values, seed))
+        found = stats.bootstrap((values,), np.mean, n_resamples=0, bootstrap_result=means, method="BCa")
     interval = found.confidence_interval
     return Estimate(mean, float(interval.low), float(interval.high))
 
@@ -64,6 +79,26 @@ def top_percent_weight(values: FloatArray) -> float:
     """
     largest = np.sort(values)[-math.ceil(len(values) / 100) :]
     return float(largest.mean() / values.mean())
+
+
+def _resampled_means(values: FloatArray, seed: int) -> FloatArray:
+    """Return the mean of each bootstrap resample, (resamples,), bit for bit as `scipy.stats.bootstrap` computes it."""
+    drawn = _drawn(len(values), seed, RESAMPLES)
+    rows = max(1, _IN_CACHE // len(values))
+    blocks = (drawn[begin : begin + rows] for begin in range(0, len(drawn), rows))
+    return np.concatenate([np.take(values, block).mean(axis=-1) for block in blocks])
+
+
+@lru_cache(maxsize=2)
+def _drawn(periods: int, seed: int, resamples: int) -> NDArray[np.unsignedinteger[Any]]:
+    """Return the periods of each bootstrap resample, (resamples, periods).
+
+    Hundreds of intervals of a report draw the same ones, which takes longer than to average what was drawn.
+    """
+    picked = np.random.default_rng(seed).integers(periods, size=(resamples, periods))
+    drawn: NDArray[np.unsignedinteger[Any]] = picked.astype(np.min_scalar_type(periods))  # a quarter of the memory
+    drawn.setflags(write=False)  # cached, so it is shared
+    return drawn
 
 
 @lru_cache(maxsize=4)

@@ -21,6 +21,9 @@ NEAR = 1.1
 #: A trial that takes so many times the fewest steps possible is an outlier.
 OUTLIER = 10
 
+#: Size of a matrix up to which linear algebra uses one thread to multiply it with a vector.
+_ONE_THREAD = 9000
+
 #: Names of the learning curves that are recorded for every point.
 CURVES = ("steps/mean", "steps/median", "success_rate")
 #: Names of the learning curves that are recorded on demand; the artifact of a run always holds them.
@@ -109,8 +112,7 @@ class PeriodMeasure:
     of: Callable[[Periods], FloatArray]
 
     def samples(self, periods: Periods, weights: FloatArray) -> FloatArray:
-        values: FloatArray = weights @ self.of(periods)
-        return values
+        return weighted_means(weights, self.of(periods))
 
     def each(self, periods: Periods) -> FloatArray | None:
         return self.of(periods)
@@ -133,6 +135,22 @@ class CurveMeasure:
 
     def each(self, periods: Periods) -> FloatArray | None:
         return None
+
+
+def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Return `weights @ values`, (resamples,), in blocks that are too small for linear algebra to start threads for.
+
+    Threads take longer to start than to compute this, and several times longer where all cores are busy.
+
+    Args:
+        weights: (resamples, periods)
+        values: (periods,)
+    """
+    rows = max(4, _ONE_THREAD // len(values) // 4 * 4)
+    means: FloatArray = np.concatenate(
+        [weights[begin : begin + rows] @ values for begin in range(0, len(weights), rows)]
+    )
+    return means
 
 
 def scaled_to_equal_steps(steps: Any, side: Any) -> Any:

@@ -16,14 +16,15 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.fit import fit
-from rl_design_space.config.compose import shipped_config
+from rl_design_space.config.compose import Composer, shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
-from rl_design_space.plan.study import load_study
+from rl_design_space.plan.plan import Plan
+from rl_design_space.plan.study import Study
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import hatch_row
 from rl_design_space.report.markdown import table
-from rl_design_space.report.points import Point, by_design
+from rl_design_space.report.points import Point, allowing, by_design
 from rl_design_space.report.published_table import PublishedTable
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import BLUE, GREY, interval, styled
@@ -106,7 +107,8 @@ class ReadingsAudit(Report):
             ConfigError: the study has another report.
         """
         with shipped_config():
-            report = load_study(self.table, ()).report()
+            config = Composer().config([f"study={self.table}"])
+        report = Study(self.table, (), config, Plan([])).report()  # the numbers of the table need no points
         if not isinstance(report, PublishedTable):
             raise ConfigError.at("report.table", self.table, "should be a study whose report is a PublishedTable")
         return report
@@ -119,12 +121,12 @@ class ReadingsAudit(Report):
         """
         wanted = {**self.decided, **says}
         cells: dict[Any, list[Point]] = {}
-        for seeds in by_design(runs.points):
-            if seeds[0].allows(wanted):
-                here, row, column = seeds[0].key(published.axes.values())
-                if here == panel and (first := cells.setdefault((row, column), seeds)) is not seeds:
-                    names = ", ".join(differing([first[0].parameters, seeds[0].parameters]))
-                    raise ConfigError(f"{names}: several values for one cell under one reading; choose one of them")
+        designs = {seeds[0]: seeds for seeds in by_design(runs.points)}
+        for point in allowing(designs, wanted):
+            here, row, column = point.key(published.axes.values())
+            if here == panel and (first := cells.setdefault((row, column), designs[point])) is not designs[point]:
+                names = ", ".join(differing([first[0].parameters, point.parameters]))
+                raise ConfigError(f"{names}: several values for one cell under one reading; choose one of them")
         return cells
 
 

@@ -17,7 +17,7 @@ from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measur
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, by_design, repetition
+from rl_design_space.report.points import Point, allowing, by_design, having, repetition
 from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.selection import Where, comparable
 from rl_design_space.tracking.tracker import StoredRun
@@ -110,9 +110,9 @@ class Runs:
         Raises:
             ConfigError: there is such a name; the nearest right one is named.
         """
-        known = {name for point in self.points for name in point.parameters}
         for name in names:
-            if name not in known:
+            if not any(name in point.parameters for point in self.points):
+                known = {name for point in self.points for name in point.parameters}
                 raise ConfigError.unknown("parameter of these runs", name, known)
 
     def under(self, reading: Where) -> Runs:
@@ -123,7 +123,7 @@ class Runs:
         """
         self.check(reading)
         runs = copy(self)  # with the results that are read already
-        runs.points = [point for point in self.points if point.allows(reading)]
+        runs.points = allowing(self.points, reading)
         return runs
 
     def where(self, where: Where) -> list[Point]:
@@ -133,7 +133,7 @@ class Runs:
             ConfigError: no point has a parameter of such a name.
         """
         self.check(where)
-        return [point for point in self.points if point.has(where)]
+        return having(self.points, where)
 
     def one(self, where: Where) -> Point:
         """Return the only point that has these values.

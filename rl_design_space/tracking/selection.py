@@ -38,8 +38,13 @@ def comparable(value: Any) -> Any:
 
 def matches(wanted: Any, value: Any) -> bool:
     """Return whether a value is the wanted one, or one of a list of wanted ones; the list itself may be meant, too."""
+    return value in alternatives(wanted)
+
+
+def alternatives(wanted: Any) -> list[Any]:
+    """Return the values, as frames have them, that match a wanted one, see `matches`."""
     values = [wanted, *wanted] if isinstance(wanted, (list, tuple)) else [wanted]
-    return value in map(comparable, values)
+    return list(map(comparable, values))
 
 
 def chosen(found: Sequence[FoundRun], where: Where) -> list[FoundRun]:
