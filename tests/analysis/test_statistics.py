@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import stats
 
 from rl_design_space.analysis import statistics
 from rl_design_space.analysis.statistics import mean_estimate, share_estimate, top_percent_weight
@@ -28,6 +29,13 @@ def test_the_value_is_the_mean_and_the_interval_is_around_it():
     estimate = mean_estimate(SKEWED)
     assert estimate.value == SKEWED.mean()
     assert SKEWED.min() < estimate.low < estimate.value < estimate.high < SKEWED.max()
+
+
+@pytest.mark.parametrize("periods", [2, 12, 255, 500])
+def test_the_interval_is_that_of_scipy_bit_for_bit(periods: int):
+    values = np.random.default_rng(periods).lognormal(size=periods)
+    again = stats.bootstrap((values,), np.mean, n_resamples=5000, method="BCa", rng=np.random.default_rng(7))
+    assert tuple(mean_estimate(values, seed=7))[1:] == tuple(again.confidence_interval)
 
 
 def test_the_interval_follows_the_skew():
