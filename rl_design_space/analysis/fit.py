@@ -9,7 +9,7 @@ import numpy as np
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.statistics import Estimate, percentile_interval, resample_weights
-from rl_design_space.learning.measures import weighted_means
+from rl_design_space.learning.measure_statistics import weighted_means
 
 
 @dataclass(frozen=True)

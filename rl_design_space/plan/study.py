@@ -16,6 +16,7 @@ from rl_design_space.config import user_config
 from rl_design_space.config.build import build, plain
 from rl_design_space.config.explain import explained
 from rl_design_space.config.grammar import parse
+from rl_design_space.config.measure_name import with_own_measures
 from rl_design_space.config.overrides import is_setting, shared
 from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
@@ -77,7 +78,7 @@ class Study:
                 f"study {self.name}: its file describes no report; add one (docs/reports.md), or plot its "
                 f"runs, e.g. rl-design-report curves --by representation --study {self.name}"
             )
-        return build("study.report", node)
+        return build("study.report", with_own_measures(node))
 
 
 def load_study(
@@ -192,9 +193,7 @@ def _included(names: tuple[str, ...], included: Any, overrides: Sequence[str], p
         way = " includes ".join([*names[names.index(circle[0]) :], circle[0]])
         raise ConfigError(f"study {name}: includes should not lead back to itself: {way}")
     known = planner.included.setdefault(tuple(overrides), {})  # several studies may include the same one
-    return [
-        known.get(other) or known.setdefault(other, load_study(other, overrides, planner, names)) for other in included
-    ]
+    return [known.get(each) or known.setdefault(each, load_study(each, overrides, planner, names)) for each in included]
 
 
 def _joined(name: str, studies: Sequence[Study]) -> Plan:
