@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.statistics import Estimate, percentile_interval, resample_weights
-from rl_design_space.learning.measure_statistics import weighted_means
+from rl_design_space.analysis.statistics import Estimate, percentile_interval, resample_weights, weighted_means
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,8 @@ _MANY = 2000
 _NO_SKEW = 1e-6
 #: Quantiles of the standard normal distribution at both ends of an interval.
 _ENDS = stats.norm.ppf((0.025, 0.975))
+#: Size of a matrix up to which linear algebra uses one thread to multiply it with a vector.
+_ONE_THREAD = 9000
 #: Resampled values that fit into the cache of a core.
 _IN_CACHE = 50_000
 
@@ -138,3 +140,17 @@ def percentile_interval(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the ends of the middle 95 % of bootstrap samples, along the first axis."""
     low, high = np.percentile(samples, (2.5, 97.5), axis=0)
     return low, high
+
+
+def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Return `weights @ values`, (resamples,), in blocks that are too small for linear algebra to start threads for.
+
+    Threads take longer to start than to compute this, and several times longer where all cores are busy.
+
+    Args:
+        weights: (resamples, periods)
+        values: (periods,)
+    """
+    rows = max(4, _ONE_THREAD // len(values) // 4 * 4)
+    blocks = [weights[begin : begin + rows] @ values for begin in range(0, len(weights), rows)]
+    return np.concatenate(blocks) if blocks else np.zeros(0)

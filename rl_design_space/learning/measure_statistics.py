@@ -20,23 +20,7 @@ from rl_design_space.errors import ConfigError
 _TINY = 1e-9
 #: Weights that are cumulated at once; few enough for the cache of a core.
 _AT_ONCE = 130_000
-#: Size of a matrix up to which linear algebra uses one thread to multiply it with a vector.
-_ONE_THREAD = 9000
 _CVAR = re.compile(r"cvar=(\d+(?:\.\d+)?)")
-
-
-def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
-    """Return `weights @ values`, (resamples,), in blocks that are too small for linear algebra to start threads for.
-
-    Threads take longer to start than to compute this, and several times longer where all cores are busy.
-
-    Args:
-        weights: (resamples, periods)
-        values: (periods,)
-    """
-    rows = max(4, _ONE_THREAD // len(values) // 4 * 4)
-    blocks = [weights[begin : begin + rows] @ values for begin in range(0, len(weights), rows)]
-    return np.concatenate(blocks) if blocks else np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -70,8 +54,8 @@ class Statistic:
             (resamples,) or (resamples, columns)
         """
         if self.is_mean:
-            means: FloatArray = weighted_means(weights, values) if values.ndim == 1 else weights @ values
-            return means
+            mean: FloatArray = weights @ values
+            return mean
         columns = np.asarray(values, np.float64).reshape(len(values), -1)
         order = np.argsort(columns, axis=0, kind="stable")
         ordered = np.take_along_axis(columns, order, axis=0)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from rl_design_space.analysis import statistics
-from rl_design_space.analysis.statistics import mean_estimate, share_estimate, top_percent_weight
+from rl_design_space.analysis.statistics import mean_estimate, share_estimate, top_percent_weight, weighted_means
 from tests.analysis.heavy_tails import periods
 
 SKEWED = np.random.default_rng(1).lognormal(size=40)
@@ -170,3 +170,11 @@ def test_the_interval_without_resampling_is_close_to_the_resampled_one(monkeypat
 def test_a_share_of_nothing_or_all_has_an_interval_with_a_width(true: int):
     found = share_estimate(np.arange(500) < true)
     assert found.high - found.low == pytest.approx(0.0076, abs=1e-4)
+
+
+@pytest.mark.parametrize("periods", [1, 7, 500, 5000])
+def test_weighted_means_are_those_of_one_product(periods: int):
+    rng = np.random.default_rng(periods)
+    weights, values = rng.random((50, periods)), rng.lognormal(size=periods)
+    np.testing.assert_allclose(weighted_means(weights, values), weights @ values, rtol=1e-12)
+    assert weighted_means(weights[:0], values).shape == (0,)

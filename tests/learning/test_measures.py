@@ -7,7 +7,6 @@ import pytest
 
 from rl_design_space.analysis.statistics import resample_weights
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measure_statistics import weighted_means
 from rl_design_space.learning.measures import ALIASES, MEASURES, CurveMeasure, measure
 from tests.analysis.made_up import TRIALS, MadeUp
 
@@ -95,11 +94,3 @@ def test_weights_are_those_of_whole_periods_and_reproducible():
     assert not np.array_equal(weights, resample_weights(7, seed=4, resamples=50))
     with pytest.raises(ValueError, match="read-only"):
         weights[0, 0] = 1
-
-
-@pytest.mark.parametrize("periods", [1, 7, 500, 5000])
-def test_weighted_means_are_those_of_one_product(periods: int):
-    rng = np.random.default_rng(periods)
-    weights, values = rng.random((50, periods)), rng.lognormal(size=periods)
-    np.testing.assert_allclose(weighted_means(weights, values), weights @ values, rtol=1e-12)
-    assert weighted_means(weights[:0], values).shape == (0,)
