@@ -41,7 +41,8 @@ class Study:
         overrides: overrides of the command line, without `study=…`.
         config: the composed config, with the settings.
         plan: its design points, without duplicates.
-        usual_periods: the most periods of a point without the overrides.
+        usual_periods: the most periods of a point without the overrides; of included studies, those of the least.
+        included: the studies that it includes.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Study:
     config: DictConfig
     plan: Plan
     usual_periods: int = _PERIODS
+    included: tuple[Study, ...] = ()
 
     @property
     def command(self) -> str:
@@ -106,8 +108,8 @@ def load_study(
     node = plain(config, "study")
     if isinstance(node, Mapping) and "includes" in node:
         studies = _included((*included_by, name), node["includes"], overrides, planner)
-        usual = max((each.usual_periods for each in studies if each.plan), default=_PERIODS)
-        return Study(name, overrides, config, _joined(name, studies, config, overrides, planner), usual)
+        usual = min((each.usual_periods for each in studies if each.plan), default=_PERIODS)
+        return Study(name, overrides, config, _joined(name, studies, config, overrides, planner), usual, tuple(studies))
     plan = plan_study(name, config, overrides, planner)
     changed = plan and not all(map(is_setting, overrides))
     return Study(name, overrides, config, plan, _usual_periods(config, planner) if changed else _most_periods(plan))
@@ -207,7 +209,8 @@ def _included(names: tuple[str, ...], included: Any, overrides: Sequence[str], p
     if circle := [other for other in included if other in names]:
         way = " includes ".join([*names[names.index(circle[0]) :], circle[0]])
         raise ConfigError(f"study {name}: includes should not lead back to itself: {way}")
-    return [load_study(other, overrides, planner, names) for other in included]
+    known = planner.included.setdefault(tuple(overrides), {})  # several studies may include the same one
+    return [known.get(each) or known.setdefault(each, load_study(each, overrides, planner, names)) for each in included]
 
 
 def _joined(

@@ -15,9 +15,10 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.likelihood import PERIODS, joint_fit
-from rl_design_space.config.compose import shipped_config
+from rl_design_space.config.compose import Composer, shipped_config
 from rl_design_space.errors import ConfigError
-from rl_design_space.plan.study import load_study
+from rl_design_space.plan.plan import Plan
+from rl_design_space.plan.study import Study
 from rl_design_space.plan.variations import Combination, Variations
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.published_table import PublishedTable
@@ -121,7 +122,8 @@ class ReadingsAudit(Report):
             ConfigError: the study has another report.
         """
         with shipped_config():
-            report = load_study(self.table, ()).report()
+            config = Composer().config([f"study={self.table}"])
+        report = Study(self.table, (), config, Plan([])).report()  # the numbers of the table need no points
         if not isinstance(report, PublishedTable):
             raise ConfigError.at("report.table", self.table, "should be a study whose report is a PublishedTable")
         return report

@@ -19,7 +19,15 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, by_design, other_samples, points_of_frame, repetition
+from rl_design_space.report.points import (
+    Point,
+    allowing,
+    by_design,
+    having,
+    other_samples,
+    points_of_frame,
+    repetition,
+)
 from rl_design_space.tracking.selection import Where, comparable
 
 if TYPE_CHECKING:
@@ -116,9 +124,9 @@ class Runs:
         Raises:
             ConfigError: there is such a name; the nearest right one is named.
         """
-        known = {name for point in self.points for name in point.parameters}
         for name in names:
-            if name not in known:
+            if not any(name in point.parameters for point in self.points):
+                known = {name for point in self.points for name in point.parameters}
                 raise ConfigError.unknown("parameter of these runs", name, known)
 
     def with_larger(self, larger: Runs, command: str) -> Runs:
@@ -139,7 +147,7 @@ class Runs:
         """
         self.check(reading)
         runs = copy(self)  # with the results that are read already
-        runs.points = [point for point in self.points if point.allows(reading)]
+        runs.points = allowing(self.points, reading)
         return runs
 
     def where(self, where: Where) -> list[Point]:
@@ -149,7 +157,7 @@ class Runs:
             ConfigError: no point has a parameter of such a name.
         """
         self.check(where)
-        return [point for point in self.points if point.has(where)]
+        return having(self.points, where)
 
     def one(self, where: Where) -> Point:
         """Return the only point that has these values.
