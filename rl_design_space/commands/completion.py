@@ -93,19 +93,22 @@ def _report(words: Sequence[str], last: str) -> Iterator[str]:
     """Yield what may follow the words of `rl-design-report`: studies with a report and figures, then settings."""
     from rl_design_space.catalogue.overview import reported_studies
     from rl_design_space.catalogue.search import searched
-    from rl_design_space.commands import figure_words
+    from rl_design_space.commands import figure_arguments
     from rl_design_space.config.overrides import is_setting
 
     if not words:
-        yield from (*figure_words.WORDS, "all")
+        yield from (*figure_arguments.WORDS, "all")
         with searched() as search:
             yield from reported_studies(search)
         return
-    if words[0] in figure_words.WORDS:
+    if words[0] in figure_arguments.WORDS:
         if words[-1] == "--value":
-            yield from figure_words.values()
+            yield from figure_arguments.values()
             return
-        yield from figure_words.flags(words[0])
+        if words[-1] == "--scale":
+            yield from figure_arguments.scales()
+            return
+        yield from figure_arguments.flags(words[0])
     yield from filter(is_setting, _overrides([], last))
 
 

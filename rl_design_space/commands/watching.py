@@ -7,16 +7,18 @@ from collections.abc import Iterable, Sequence
 from time import monotonic
 from typing import TypeVar
 
+from rl_design_space.commands.messages import tell
+
 Item = TypeVar("Item")
 
 #: Seconds after which a bar appears.
 _PATIENCE = 1.0
 
 
-def tell(lines: Sequence[str]) -> None:
+def tell_all(lines: Sequence[str]) -> None:
     """Print lines to stderr."""
     for line in lines:
-        print(line, file=sys.stderr)
+        tell(line)
 
 
 def watched(items: Sequence[Item], what: str) -> Iterable[Item]:

@@ -145,7 +145,9 @@ class Designs:
         for seeds in self._runs.watch(self._points, what):
             parts = []
             for seed, periods in self.seeds.items():
-                result = self._runs.once(seeds[seed])
+                result = self._runs.result(seeds[seed])
+                assert result is not None  # of a recorded point
+                self._runs.forget(seeds[seed])
                 cut: dict[str, Any] = {name: getattr(result, name)[:periods] for name in _OF_PERIODS}
                 parts.append(replace(result, **cut))
             yield pooled(parts)

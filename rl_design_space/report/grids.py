@@ -9,8 +9,10 @@ def gap_remarks(grids: Grids) -> list[str]:
     """Return what the factorials are, and which choices nothing can be said about; empty if there is a whole one."""
     if grids.is_whole:
         return []
-    shapes = [" × ".join(f"{len(levels)} {factor.name}" for factor, levels in zip(part.factors, part.levels, strict=True))
-              for part in grids.parts]  # fmt: skip
+    shapes = [
+        " × ".join(f"{size} {factor.name}" for size, factor in zip(part.points.shape, part.factors, strict=True))
+        for part in grids.parts
+    ]
     more = f", and {len(shapes) - 4} more" if len(shapes) > 4 else ""
     alone = f" {grids.alone:,} designs belong to none, and are left out." if grids.alone else ""
     remarks = [

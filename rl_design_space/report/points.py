@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
+import pandas as pd
+
+from rl_design_space._visible import visible
 from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.learning.measures import SCALARS
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import PERIODS, SEED, order
-from rl_design_space.tracking.selection import Where, matches
+from rl_design_space.tracking.run_frame import ABOUT
+from rl_design_space.tracking.selection import Where, alternatives
 from rl_design_space.tracking.tracker import StoredRun
 
 
@@ -42,30 +48,48 @@ class Point:
         """Return the values of these parameters; None for those that the point does not have."""
         return tuple(self.parameters.get(name) for name in names)
 
+    @cached_property
+    def repetition(self) -> Repetition:
+        """The design of the point, everything but its seed, and its seed."""
+        design = tuple(sorted((name, value) for name, value in self.parameters.items() if name != SEED))
+        return Repetition(design, self.parameters.get(SEED))
+
     def has(self, where: Where) -> bool:
         """Return whether the point has all of these values."""
-        for name, wanted in where.items():
-            if name not in self.parameters or not matches(wanted, self.parameters[name]):
-                return False
-        return True
+        return bool(having([self], where))
 
-    def allows(self, reading: Where) -> bool:
-        """Return whether the point has each of these values, as far as it has such a parameter."""
-        return self.has({name: wanted for name, wanted in reading.items() if name in self.parameters})
+
+def having(points: Iterable[Point], where: Where) -> list[Point]:
+    """Return the points that have all of these values."""
+    wanted = {name: alternatives(values) for name, values in where.items()}
+    return [
+        point
+        for point in points
+        if all(name in point.parameters and point.parameters[name] in values for name, values in wanted.items())
+    ]
+
+
+def allowing(points: Iterable[Point], reading: Where) -> list[Point]:
+    """Return the points that have each of these values, as far as they have such a parameter."""
+    wanted = {name: alternatives(values) for name, values in reading.items()}
+    return [
+        point
+        for point in points
+        if all(point.parameters[name] in values for name, values in wanted.items() if name in point.parameters)
+    ]
 
 
 def by_design(points: Iterable[Point]) -> list[list[Point]]:
     """Return points by design: those that differ in their seed alone are together, in the order of their seeds."""
     designs: dict[Hashable, list[Point]] = {}
     for point in sorted(points, key=lambda point: order(point.parameters.get(SEED))):
-        designs.setdefault(repetition(point).design, []).append(point)
+        designs.setdefault(point.repetition.design, []).append(point)
     return list(designs.values())
 
 
 def repetition(point: Point) -> Repetition:
     """Return the design of a point, everything but its seed, and its seed."""
-    design = tuple(sorted((name, value) for name, value in point.parameters.items() if name != SEED))
-    return Repetition(design, point.parameters.get(SEED))
+    return point.repetition
 
 
 def sample(point: Point) -> tuple[Hashable, int]:
@@ -80,3 +104,29 @@ def largest(points: Iterable[Point]) -> list[Point]:
     for point in points:
         samples.setdefault(sample(point)[0], []).append(point)
     return [max(each, key=lambda point: (point.run is not None, sample(point)[1])) for each in samples.values()]
+
+
+def points_of_frame(frame: pd.DataFrame) -> list[Point]:
+    """Return the points of runs that were found in the store, each once; control characters in names are shown.
+
+    Args:
+        frame: as `RunReader.frame` returns it.
+    """
+    points = []
+    for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
+        there = {visible(str(name)): _shown(value) for name, value in record.items() if not pd.isna(value)}
+        scalars = {name: there.pop(name) for name in SCALARS if name in there}
+        run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
+        points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
+    return points
+
+
+def _shown(value: Any) -> Any:
+    return visible(value) if isinstance(value, str) else value
+
+
+def other_samples(points: Iterable[Point], of: Iterable[Point]) -> list[Point]:
+    """Return those of some points that are samples of others, of another size."""
+    known = {sample(point) for point in of}
+    designs = {design for design, _ in known}
+    return [point for point in points if sample(point)[0] in designs and sample(point) not in known]

@@ -119,7 +119,8 @@ class Profile(Report):
             *([f"{rows['design'].iloc[0]}:", table(against)] if len(against) else []),
             "After Agarwal et al. (NeurIPS 2021), with the periods as tasks: every period has a layout of its own, "
             "which all designs meet. The probability of improvement is the share of layouts in which a design needs "
-            "fewer steps than the other, a tie counting half. Intervals: 95 %, periods resampled, at each level by itself.",
+            "fewer steps than the other, a tie counting half. Intervals: 95 %, periods resampled, at each level by "
+            "itself.",
             *frames[_ABOUT]["note"],
         ]
 

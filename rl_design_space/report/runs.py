@@ -16,19 +16,27 @@ from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.censoring import Bounded
 from rl_design_space.config.measure_name import measure_of
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import SCALARS
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, by_design, repetition, sample
+from rl_design_space.report.points import (
+    Point,
+    allowing,
+    by_design,
+    having,
+    other_samples,
+    points_of_frame,
+    repetition,
+)
 from rl_design_space.report.watching import Watch, unwatched
-from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.selection import Where, comparable
-from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
+
+#: Stands for the number of runs in a text.
+_RUNS = "\0"
 
 
 class Runs:
@@ -38,7 +46,7 @@ class Runs:
         points: in any order.
         reader: of the tracking store.
         name: what the points are called in messages.
-        made_by: paragraph that says where the report comes from.
+        made_by: paragraph that says where the report comes from; `_RUNS` in it stands for the number of runs used.
         remarks: more paragraphs, such as how many points are missing.
         mark: short note for the corner of a picture.
     """
@@ -53,10 +61,13 @@ class Runs:
         mark: str = "",
     ) -> None:
         self.points = list(points)
-        self.made_by, self.remarks, self.mark = made_by, remarks, mark
+        self.remarks, self.mark = remarks, mark
+        self._made_by = made_by
         self._name = name
         self._reader = reader
         self._results: dict[Point, LearningCurves | None] = {}
+        #: Points whose results were asked for.
+        self._used: set[Point] = set()
         #: Iterates over items, and shows how far it is.
         self.watch: Watch = unwatched
         #: Takes the main numbers of a report, as lines.
@@ -95,17 +106,17 @@ class Runs:
         """
         if frame.empty:
             raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
-        points = []
-        for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
-            there = {str(name): value for name, value in record.items() if not pd.isna(value)}
-            scalars = {name: there.pop(name) for name in SCALARS if name in there}
-            run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
-            points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
+        points = points_of_frame(frame)
         periods = _joined({point.parameters["task.periods"] for point in points})
-        runs = "1 run" if len(points) == 1 else f"{len(points)} runs"
-        return cls(
-            points, reader, made_by=f"Made by {code(command)} from {runs}, {periods} periods a point.", remarks=remarks
-        )
+        made_by = f"Made by {code(command)} from {_RUNS}, {periods} periods a point."
+        return cls(points, reader, made_by=made_by, remarks=remarks)
+
+    @property
+    def made_by(self) -> str:
+        """Paragraph that says where the report comes from; call it after the report has read what it shows."""
+        used, found = len(self._used), len(self.points)
+        number = f"{used} of {found} runs" if used < found else "1 run" if found == 1 else f"{found} runs"
+        return self._made_by.replace(_RUNS, number)
 
     @property
     def recorded(self) -> list[Point]:
@@ -118,21 +129,18 @@ class Runs:
         Raises:
             ConfigError: there is such a name; the nearest right one is named.
         """
-        known = {name for point in self.points for name in point.parameters}
         for name in names:
-            if name not in known:
+            if not any(name in point.parameters for point in self.points):
+                known = {name for point in self.points for name in point.parameters}
                 raise ConfigError.unknown("parameter of these runs", name, known)
 
-    def with_larger(self, larger: Runs) -> Runs:
-        """Return these runs and larger samples of their designs, see `points.largest`; other designs are left out."""
+    def with_larger(self, larger: Runs, command: str) -> Runs:
+        """Return these runs and larger samples of their designs, which a command line makes, see `points.largest`."""
         runs = copy(self)
-        known = {sample(point) for point in self.points}
-        designs = {design for design, _ in known}
-        more = [point for point in larger.points if sample(point)[0] in designs and sample(point) not in known]
+        more = other_samples(larger.points, self.points)
         runs.points = [*self.points, *more]
-        recorded = sum(point.run is not None for point in more)
-        if recorded:
-            runs.made_by = f"{self.made_by} Larger samples of {recorded} points: {larger.made_by}"
+        if recorded := sum(point.run is not None for point in more):
+            runs._made_by = f"{self._made_by} Larger samples of {recorded} points are from runs of {code(command)}."
         runs.remarks = [*self.remarks, *(larger.remarks if recorded < len(more) else [])]
         return runs
 
@@ -144,7 +152,7 @@ class Runs:
         """
         self.check(reading)
         runs = copy(self)  # with the results that are read already
-        runs.points = [point for point in self.points if point.allows(reading)]
+        runs.points = allowing(self.points, reading)
         return runs
 
     def where(self, where: Where) -> list[Point]:
@@ -154,7 +162,7 @@ class Runs:
             ConfigError: no point has a parameter of such a name.
         """
         self.check(where)
-        return [point for point in self.points if point.has(where)]
+        return having(self.points, where)
 
     def one(self, where: Where) -> Point:
         """Return the only point that has these values.
@@ -205,9 +213,19 @@ class Runs:
 
     def kept(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
+        self._used.add(point)
         if point not in self._results:
-            self._results[point] = self._read(point)
+            arrays = self._reader.periods(point.run) if point.run else {}
+            self._results[point] = (
+                LearningCurves.of_arrays(arrays, point.of_plan.point)
+                if point.of_plan and "steps" in arrays
+                else LearningCurves.found(arrays, point.parameters.get("world.size"))
+            )
         return self._results[point]
+
+    def forget(self, point: Point) -> None:
+        """Free the memory of a result that is not needed again."""
+        self._results.pop(point, None)
 
     def result(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run.
@@ -217,25 +235,12 @@ class Runs:
         """
         result = self.kept(point)
         if point.run and result is None:
-            raise _without_periods(point)
+            command = f" of `{point.of_plan.command}`" if point.of_plan else ""
+            raise ConfigError(
+                f"tracking.artifact=curves: the run{command} kept its learning curves alone; this report needs runs "
+                "that were recorded with tracking.artifact=periods"
+            )
         return result
-
-    def once(self, point: Point) -> LearningCurves:
-        """Return the result of a recorded point, which is not held in memory for later.
-
-        Raises:
-            ConfigError: its run did not keep its periods.
-        """
-        result = self._results[point] if point in self._results else self._read(point)
-        if result is None:
-            raise _without_periods(point)
-        return result
-
-    def _read(self, point: Point) -> LearningCurves | None:
-        arrays = self._reader.periods(point.run) if point.run else {}
-        if point.of_plan and "steps" in arrays:
-            return LearningCurves.of_arrays(arrays, point.of_plan.point)
-        return LearningCurves.found(arrays, point.parameters.get("world.size"))
 
     def pooled(self, seeds: Sequence[Point]) -> LearningCurves | None:
         """Return the periods of all seeds of one design as one result; None if one of them has no run.
@@ -256,6 +261,7 @@ class Runs:
         Raises:
             ConfigError: there is no such curve.
         """
+        self._used.add(point)
         arrays = self._reader.periods(point.run) if point.run else {}
         if name not in arrays or arrays[name].ndim != 1:
             raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])
@@ -281,12 +287,13 @@ class Runs:
         Raises:
             ConfigError: there is no such scalar or measure.
         """
+        measured = measure_of(name)
         recorded = [point for point in points if point.run]
         repetitions = [repetition(point) for point in recorded]
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):
-            return Bounded(*mean_of_runs(known, repetitions))
-        measured, results = measure_of(name), [result for point in recorded if (result := self.kept(point))]
+            return Bounded(*mean_of_runs(known, repetitions, of_shares=bool(measured and measured.is_share)))
+        results = [result for point in recorded if (result := self.kept(point))]
         if measured and results and len(results) == len(recorded) and measured.each(results[0]) is None:
             return estimate(measured, results, repetitions)
         numbers = [self._scalar(seeds, name) for seeds in by_design(recorded)]
@@ -299,14 +306,6 @@ class Runs:
             return scalars[name]
         numbers = [point.run.scalars.get(name, float("nan")) for point in seeds if point.run]
         return sum(numbers) / len(numbers)
-
-
-def _without_periods(point: Point) -> ConfigError:
-    command = f" of `{point.of_plan.command}`" if point.of_plan else ""
-    return ConfigError(
-        f"tracking.artifact=curves: the run{command} kept its learning curves alone; this report needs runs "
-        "that were recorded with tracking.artifact=periods"
-    )
 
 
 def _joined(numbers: Iterable[Any]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from contextlib import ContextDecorator
 from pathlib import Path
@@ -18,6 +19,8 @@ import pandas as pd
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
@@ -33,10 +36,13 @@ MARKERS = "osD^vP"
 #: Ratio of the largest to the least value from which on an axis or a colour scale is logarithmic.
 DECADE = 10
 #: With a fixed salt the same figure is the same bytes; text in an SVG stays text.
-_SETTINGS = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none"}
+#: Text is shown as it is: a dollar sign in a name begins no formula.
+_SETTINGS = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "text.parse_math": False}
 #: Looks of the note in the corner of a picture.
 _MARK = {"fontsize": 8, "color": "#664d03", "backgroundcolor": "#fff3cd"}
 _DOTS_PER_INCH = 160
+#: What Matplotlib calls a line without a name.
+_UNNAMED = re.compile(r"_child\d+")
 
 
 def styled(font_size: float = 9) -> ContextDecorator:
@@ -85,8 +91,9 @@ def write_in_full(axis: Axis) -> None:
 
 def legend_beside(axis: Axes, handles: Sequence[Any] | None = None) -> None:
     """Draw a legend on the right of an axis, where it hides no data."""
-    more = {} if handles is None else {"handles": handles}
-    axis.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1), **more)
+    if handles is None:  # by itself, Matplotlib leaves out all names that begin with an underscore
+        handles = [line for line in axis.get_lines() if not _UNNAMED.fullmatch(str(line.get_label()))]
+    axis.legend(handles=handles, frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1))
 
 
 def number(value: float, form: str = "") -> str:
@@ -119,9 +126,11 @@ def save(figure: Figure, stem: Path, mark: str = "") -> list[Path]:
     if mark:
         place = figure.transFigure + ScaledTranslation(-0.08, -0.08, figure.dpi_scale_trans)  # inches
         figure.text(1, 1, mark, ha="right", va="top", transform=place, **_MARK)  # type: ignore[arg-type]
-    paths = [stem.with_name(f"{stem.name}{suffix}") for suffix in (".png", ".svg")]
-    for path, metadata in zip(paths, ({}, {"Date": None}), strict=True):
-        figure.savefig(path, dpi=_DOTS_PER_INCH, metadata=metadata)
-        figure.set_layout_engine("none")  # the places of all parts are known now; to find them takes as long as to draw
+    png, svg = (stem.with_name(f"{stem.name}{suffix}") for suffix in (".png", ".svg"))
+    figure.set_dpi(_DOTS_PER_INCH)
+    # The canvases, because `Figure.savefig` draws everything once more before each file.
+    FigureCanvasAgg(figure).print_png(png)  # type: ignore[no-untyped-call]
+    figure.set_layout_engine("none")  # the places of all parts are known now; to find them takes as long as to draw
+    FigureCanvasSVG(figure).print_svg(svg, metadata={"Date": None})  # type: ignore[no-untyped-call]
     plt.close(figure)
-    return paths
+    return [png, svg]

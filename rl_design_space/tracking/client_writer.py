@@ -13,6 +13,7 @@ from rl_design_space.tracking import values
 from rl_design_space.tracking.artifacts import artifacts_folder, experiment_artifacts
 from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.locks import PointLocks
+from rl_design_space.tracking.point_runs import PointRuns
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
 from rl_design_space.tracking.store_errors import DeletedExperimentError, StoreUnavailableError, deleted_experiment
@@ -80,10 +81,9 @@ class ClientWriter:
 
     def _record_point(self, record: Record, maybe_stored: bool) -> None:
         content = record.content
-        found = self._found(FINGERPRINT_TAG, record.key, self._points) if maybe_stored else None
+        studies = {name: value for name, value in content["tags"].items() if name.startswith(STUDY_TAG)}
+        found = self._point_runs.settle(record.key, studies) if maybe_stored else None
         if found and found.info.status == "FINISHED":
-            studies = {name: value for name, value in content["tags"].items() if name.startswith(STUDY_TAG)}
-            self._tag(found.info.run_id, studies)
             return
         run_id = found.info.run_id if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})
         run_content = content_of(record)
@@ -91,11 +91,11 @@ class ClientWriter:
         self._log_artifacts(run_id, run_content.artifacts)
         self._locks.add_to_journal(record.key)
         self._client.set_terminated(run_id, "FINISHED")
+        self._point_runs.settle(record.key, studies)
 
     def _add_studies(self, record: Record, maybe_stored: bool) -> None:
         for fingerprint, tags in record.content["tags"].items():
-            if run := self._found(FINGERPRINT_TAG, fingerprint, self._points):
-                self._tag(run.info.run_id, tags)
+            self._point_runs.settle(fingerprint, tags)
 
     def _open_sweep(self, record: Record, maybe_stored: bool) -> None:
         found = self._found(SWEEP_TAG, record.key, self._sweeps) if maybe_stored else None
@@ -119,6 +119,10 @@ class ClientWriter:
     @cached_property
     def _points(self) -> str:
         return self._experiment("experiment", self._address.experiment)
+
+    @cached_property
+    def _point_runs(self) -> PointRuns:
+        return PointRuns(self._client, self._points, self._identities)
 
     @cached_property
     def _sweeps(self) -> str:
@@ -147,7 +151,7 @@ class ClientWriter:
         return str(run.info.run_id)
 
     def _found(self, tag: str, value: str, experiment: str) -> Run | None:
-        """Return the run of a point or sweep: a complete one, or one that this spool has begun."""
+        """Return the run of a sweep: a complete one, or one that this spool has begun."""
         runs = self._client.search_runs([experiment], f"tags.`{tag}` = '{value}'")
         begun = [
             run for run in runs if run.info.status == "RUNNING" and run.data.tags.get(SPOOL_TAG) in self._identities

@@ -51,7 +51,7 @@ def test_an_option_without_parameters(said: Said):
 def test_a_long_value_is_shortened_in_the_terminal_and_whole_in_json(said: Said, told: Told):
     shown = said("show", "study.report")
     assert len(shown.splitlines()) < 40
-    assert "rl_design_space.report.ClaimsLedger with title, notes, common, claims …" in shown
+    assert "rl_design_space.report.ClaimsLedger with title, notes, common, reading, later_reading, claims …" in shown
     assert "…: shortened; --json shows the whole value" in shown
     assert "statement" in told("show", "study.report")["study=claims"]["default"]["claims"]["fig2-a"]
     assert "shortened" not in said("show", "exploration=linear")
@@ -118,6 +118,16 @@ def test_a_study_with_constraints(said: Said, told: Told, own: Path):
     counted = {key: shown[key] for key in ("points", "combinations", "duplicates", "includes", "report")}
     assert counted == {"points": 3, "combinations": 5, "duplicates": 1, "includes": [], "report": None}
     assert shown["dropped"][0]["count"] == 1
+
+
+def test_a_study_with_readings(said: Said, own: Path):
+    readings = "{fast: {learner.alpha: 0.2}, first: {learner.ties: first}, same: {learner.alpha: 0.1}}"
+    variations = f"{{readings: {readings}, order: 2, around: [[first]]}}"
+    (own / "study" / "varied.yaml").write_text(f"{{blocks: {{a: {{}}}}, variations: {variations}}}", encoding="utf-8")
+    text = said("show", "study=varied", "--config-dir", str(own))
+    assert "fast learner.alpha=0.2" in text
+    assert "combined: alone and up to 2 together; first with each other one" in text
+    assert "6 combinations\n- 2 duplicates of other points\n= 4 points" in text
 
 
 def test_a_study_of_other_studies_and_one_without_points(said: Said, own: Path):

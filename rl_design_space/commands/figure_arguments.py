@@ -1,0 +1,148 @@
+"""Arguments of the figure words of `rl-design-report`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import Any
+
+from rl_design_space.errors import ConfigError
+
+_VALUE = (
+    "which scalar or measure: total_steps, steps_after=30, trials_to=1.1,statistic=median, or module and function of "
+    "your own (default: %(default)s); docs/reports.md lists them"
+)
+#: Words of the command, with what they draw.
+WORDS = {
+    "heatmap": "a number by two parameters, as a table of colours",
+    "curves": "learning curves by the values of parameters",
+    "sensitivity": "how much a number depends on one parameter",
+    "compare": "two choices side by side, everything else equal, paired by period",
+    "importance": "how much of the variance is due to each choice, and to pairs of them",
+    "best": "which designs cannot be told from the best, and how much each could lose",
+    "interactions": "the effect of one choice at each value of another",
+    "profile": "in how many layouts each design is how near the optimum",
+}
+#: Words whose files have their name.
+BY_WORD = ("importance", "best", "interactions", "profile")
+_SCALE = (
+    "what a period counts as: log_over_optimum, over_optimum, log_steps, or a measure such as steps_after=30 "
+    "(default: %(default)s)"
+)
+
+
+def flags(word: str) -> list[str]:
+    """Return the flags of a word."""
+    return [flag for action in _parser(word)._actions for flag in action.option_strings if flag.startswith("--")]
+
+
+def values() -> list[str]:
+    """Return what may follow `--value`: scalars, and measures with their usual parameters."""
+    from rl_design_space.learning.measures import ONLY_SCALARS, forms
+
+    return [*forms(), *ONLY_SCALARS]
+
+
+def scales() -> list[str]:
+    """Return what may follow `--scale`."""
+    from rl_design_space.analysis.scales import SCALES
+    from rl_design_space.learning.measures import forms
+
+    return [*SCALES, *forms()]
+
+
+def _parser(word: str) -> argparse.ArgumentParser:
+    """Return the parser of a word; arguments that are fields of its report have their names."""
+    arguments = {"compare": "A B", "sensitivity": "PARAMETER", "interactions": "[A B]"}
+    options = "[--where KEY=VALUE ...] [--study STUDY] [options] [outputs=… tracking.uri=…]"
+    parser = argparse.ArgumentParser(
+        prog=f"rl-design-report {word}",
+        # By itself, argparse would name the arguments after --where, which would take them for its own.
+        usage=f"%(prog)s {arguments[word]} {options}" if word in arguments else None,
+        description=f"Draw {WORDS[word]}, from recorded runs, into outputs/report: PNG, SVG, CSV and Markdown.",
+    )
+    if word == "heatmap":
+        parser.add_argument("--rows", required=True, metavar="PARAMS", help="of the rows: representation,reward")
+        parser.add_argument("--cols", required=True, metavar="PARAMS", help="of the columns: exploration.k")
+    elif word == "curves":
+        parser.add_argument("--by", required=True, metavar="PARAMS", help="parameters that make the lines")
+        parser.add_argument("--curve", default="steps/mean", help="which learning curve (default: %(default)s)")
+    elif word == "sensitivity":
+        parser.add_argument("parameter", metavar="PARAMETER", help="such as exploration.k")
+    elif word == "compare":
+        parser.add_argument(
+            "a", metavar="A", help="values of parameters, such as representation=ad_hoc; several in quotes"
+        )
+        parser.add_argument("b", metavar="B", help="values of the same parameters on the other side")
+    elif word == "interactions":
+        parser.add_argument(
+            "choice", nargs="?", default="", metavar="A", help="such as msa; the strongest interactions if missing"
+        )
+        parser.add_argument(
+            "other", nargs="?", default="", metavar="B", help="the choice at whose values it is looked at"
+        )
+    elif word == "best":
+        parser.add_argument("--statistic", default="mean", help="mean, median, iqm or cvar=5 (default: %(default)s)")
+    elif word == "profile":
+        parser.add_argument("--designs", type=int, default=8, help="how many designs are drawn (default: %(default)s)")
+    if word in ("importance", "interactions"):
+        parser.add_argument("--scale", default="log_over_optimum", help=_SCALE)
+    if word in BY_WORD:
+        given_help = "only designs with these values: representation=direction"
+        parser.add_argument("--given", nargs="+", action="extend", default=[], metavar="KEY=VALUE", help=given_help)
+    if word in ("heatmap", "sensitivity", "compare", "best"):
+        parser.add_argument("--value", default="total_steps", help=_VALUE)
+    if word in ("heatmap", "curves", "compare"):
+        parser.add_argument("--mean", action="store_true", help="average runs that differ in more than their seed")
+    parser.add_argument("--study", help="the runs of a study; all recorded runs if nothing chooses among them")
+    where_help = "the runs with these values, as on the command line: exploration=linear world.size=10,20"
+    parser.add_argument("--where", nargs="+", action="extend", default=[], metavar="KEY=VALUE", help=where_help)
+    parser.add_argument("--filter", help="the runs that a filter of MLflow finds: \"params.reward = 'end_reward'\"")
+    parser.add_argument("--title", default="", help="of the picture")
+    parser.add_argument("--name", help="of the files, without suffix")
+    parser.add_argument("overrides", nargs="*", help="the store with the runs: outputs=… tracking.uri=…")
+    return parser
+
+
+def parsed(word: str, arguments: Sequence[str]) -> argparse.Namespace:
+    """Return the arguments of a word.
+
+    Raises:
+        ConfigError: one choice is named where two are needed.
+    """
+    chosen = _parser(word).parse_intermixed_args(arguments)
+    if word == "interactions":
+        _sort_choices(chosen)
+    return chosen
+
+
+def _sort_choices(chosen: argparse.Namespace) -> None:
+    """Move settings among the names of choices to the other settings.
+
+    Raises:
+        ConfigError: one choice is named instead of two or none.
+    """
+    names = [each for each in (chosen.choice, chosen.other) if each and "=" not in each]
+    chosen.overrides = [*(each for each in (chosen.choice, chosen.other) if "=" in each), *chosen.overrides]
+    if len(names) == 1:
+        raise ConfigError(f"{names[0]}: needs a second choice, as in `rl-design-report interactions {names[0]} reward`")
+    chosen.choice, chosen.other = names or ("", "")
+
+
+def where_of(words: Sequence[str], flag: str = "--where") -> tuple[dict[str, list[Any]], list[str]]:
+    """Return the values of a flag by name, and the settings that follow them on the command line.
+
+    Raises:
+        ConfigError: a word is not KEY=VALUE, in Hydra's grammar for sweeps.
+    """
+    import yaml
+    from hydra.core.override_parser.overrides_parser import OverridesParser
+
+    from rl_design_space.config.overrides import is_setting
+    from rl_design_space.plan.grid import axes
+
+    if unknown := [word for word in words if "=" not in word]:
+        raise ConfigError(f"{flag} {unknown[0]}: should be KEY=VALUE, such as exploration=linear")
+    chosen = axes([word for word in words if not is_setting(word)], OverridesParser.create()) if words else {}
+    where = {key: [yaml.safe_load(each.partition("=")[2]) for each in values] for key, values in chosen.items()}
+    return where, list(filter(is_setting, words))
