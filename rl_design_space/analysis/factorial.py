@@ -200,10 +200,11 @@ def _extended(codes: NDArray[np.intp], inside: NDArray[np.bool_]) -> NDArray[np.
     """Return a factorial with all levels added whose combinations with the others are there."""
     used = [np.bincount(column[inside], minlength=column.max() + 1) > 0 for column in codes.T]
     among = np.array([each[column] for each, column in zip(used, codes.T, strict=True)])  # (factors, points)
-    for factor, each in enumerate(used):
+    for factor, before in enumerate(used):
         elsewhere = np.delete(among, factor, axis=0).all(axis=0)
         size = np.prod([other.sum() for place, other in enumerate(used) if place != factor], dtype=float)
-        used[factor] = np.asarray(each | (np.bincount(codes[elsewhere, factor], minlength=len(each)) == size))
+        full = np.bincount(codes[elsewhere, factor], minlength=len(before)) == size
+        used[factor] = np.logical_or(before, full)
         among[factor] = used[factor][codes[:, factor]]
     whole: NDArray[np.bool_] = among.all(axis=0)
     return whole

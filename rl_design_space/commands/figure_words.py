@@ -47,7 +47,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     from rl_design_space.commands.folders import report_folder
     from rl_design_space.commands.messages import tell
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
-    from rl_design_space.commands.watching import tell_all, watched
+    from rl_design_space.commands.watching import tell_all, tell_numbers, watched
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
     from rl_design_space.tracking.selection import SOURCE
@@ -72,7 +72,10 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     runs = Runs.of_frame(frame, reader, command, remarks)
     runs.watch, runs.tell = watched, tell_all
     name = chosen.name or (word if word in BY_WORD else _name(word, figure.heading))
-    return figure.write_runs(runs, folder / name)
+    paths = figure.write_runs(runs, folder / name)
+    if word not in BY_WORD:  # the others print lines of their own
+        tell_numbers(paths)
+    return paths
 
 
 def _figure(word: str, chosen: argparse.Namespace) -> Report:

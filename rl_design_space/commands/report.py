@@ -120,6 +120,7 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
         ConfigError: the study has no report, or none of its points is recorded.
     """
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
+    from rl_design_space.commands.watching import tell_numbers
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
     from rl_design_space.run.settings import build_settings
@@ -135,6 +136,7 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     reader = FoundRuns(settings.tracking.reader(), fingerprints) if study.plan else NoRuns()
     _report_missing(study, reader)
     paths: list[Path] = report.write(study, reader, folder)
+    tell_numbers(paths)
     try:
         reader.attach(study.name, paths)
     except OSError as error:

@@ -67,7 +67,7 @@ class Report(ABC):
         """Return the paragraphs of the text."""
 
     def numbers(self, frames: Frames) -> list[str]:
-        """Return the main numbers as lines for a terminal."""
+        """Return the main numbers as lines for a terminal; empty if the text begins with them."""
         return []
 
     def csv(self, frames: Frames) -> Frames:

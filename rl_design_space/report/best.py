@@ -13,20 +13,19 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._markdown import escaped
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.best import RESAMPLES, BestSet, best_set
+from rl_design_space.analysis.best import RESAMPLES
 from rl_design_space.analysis.statistics import percentile_interval
 from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.learning.measures import canonical, measure
 from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
-from rl_design_space.report.designs import Designs, Numbers, chosen, given_label
+from rl_design_space.report.best_set import STAR, compared
+from rl_design_space.report.designs import Designs, chosen, given_label
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import label
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import number
 
-#: Mark of the designs of the set.
-STAR = "★"
 #: Designs that are drawn and listed in the text at most.
 _DRAWN, _LISTED = 30, 50
 _ABOUT = "_about"
@@ -66,7 +65,7 @@ class Best(Report):
         designs = Designs(runs, chosen(runs, self.given))
         numbers, _ = designs.numbers(self._measure, RESAMPLES)
         descending = measure(self._measure).largest_is_best
-        found = compared(numbers, designs.periods, largest_is_best=descending)
+        found = compared(numbers, designs.periods, self._measure)
         low, high = percentile_interval(numbers.samples)
         names = designs.names
         rows = pd.DataFrame(
@@ -140,11 +139,6 @@ class Best(Report):
                 f"{max(more, 0):,} more the last"
             )
         return lines
-
-
-def compared(numbers: Numbers, periods: int, *, largest_is_best: bool) -> BestSet:
-    """Return which designs cannot be told from the best by their numbers."""
-    return best_set(numbers.value, numbers.samples, numbers.each, periods=periods, largest_is_best=largest_is_best)
 
 
 def _labels(rows: pd.DataFrame) -> list[str]:

@@ -18,6 +18,7 @@ from rl_design_space._markdown import escaped
 from rl_design_space._strict import STRICT
 from rl_design_space.config.measure_name import ValueName
 from rl_design_space.report.base import MAIN, Frames, Report
+from rl_design_space.report.best_set import BEST_NOTE, IN_SET, STAR, among_best
 from rl_design_space.report.bounds import notes, shown, shown_interval, without_exact
 from rl_design_space.report.cells import colour_bar, colour_cells, hatch, write
 from rl_design_space.report.parameters import check_averaged, label, text
@@ -57,9 +58,12 @@ class Heatmap(Report):
         return self.title or f"{self.value} by {', '.join(self.rows)} and {', '.join(self.cols)}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Return row, column, value, low, high (95 % over periods), bounds, runs: one row for each cell."""
+        """Return row, column, value, low, high (95 % over periods), bounds, runs: one row for each cell.
+
+        `in_best_set` is added where it is defined: if each cell is one design, and all share periods.
+        """
         rows, columns = runs.grouped(self.rows), runs.grouped(self.cols)
-        cells = []
+        cells, inside = [], []
         for row in rows:
             for column in columns:
                 points = [point for point in rows[row] if point.key(self.cols) == column]
@@ -69,8 +73,11 @@ class Heatmap(Report):
                 estimate = runs.estimate(points, self.value)
                 names = dict(zip((*self.rows, *self.cols), (*row, *column), strict=True))
                 recorded = sum(point.run is not None for point in points)
+                inside.append(points)
                 cells.append({**names, **estimate._asdict(), "runs": recorded})
-        return {MAIN: without_exact(pd.DataFrame(cells))}
+        frame = without_exact(pd.DataFrame(cells))
+        best = among_best(inside, runs, self.value)
+        return {MAIN: frame if best is None else frame.assign(**{IN_SET: best})}
 
     def draw(self, frames: Frames) -> Figure:
         return _draw(frames[MAIN], self.rows, self.cols, self.value, self.heading)
@@ -87,7 +94,8 @@ class Heatmap(Report):
                 parts.append(f"{which}: {shown(row)} with {escaped(label(names, [row[name] for name in names]))}.")
         if missing := len(cells) - len(known):
             parts.append(f"Hatched: {missing} of {len(cells)} cells have no run.")
-        return [*parts, "Small: the 95 % bootstrap interval over periods.", *notes(cells)]
+        star = [BEST_NOTE] if IN_SET in cells else []
+        return [*parts, "Small: the 95 % bootstrap interval over periods.", *star, *notes(cells)]
 
 
 @styled()
@@ -110,7 +118,8 @@ def _draw(frame: pd.DataFrame, rows: Sequence[str], cols: Sequence[str], value: 
             hatch(axis, x, y, "")
             continue
         between = shown_interval(cell)
-        main = (0.36 if between else 0.5, shown(cell), {"fontsize": 10, "fontweight": "bold"})
+        star = f" {STAR}" if cell.get(IN_SET) else ""
+        main = (0.36 if between else 0.5, f"{shown(cell)}{star}", {"fontsize": 10, "fontweight": "bold"})
         write(axis, x, y, [main, (0.72, between, {"fontsize": 6.5})], inks[y][x])
     axis.set_ylabel(", ".join(rows))
     axis.set_xlabel(", ".join(cols))

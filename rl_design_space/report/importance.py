@@ -248,8 +248,8 @@ def _stacks(axis: Axes, by_trial: pd.DataFrame, ordered: Sequence[str], scale: s
 
 
 def _about(frames: Frames, what: str) -> Mapping[Any, Any]:
-    found: Mapping[Any, Any] = frames[_ABOUT].set_index("what").to_dict("index")[what]
-    return found
+    about = frames[_ABOUT]
+    return about[about["what"] == what].to_dict("records")[0]
 
 
 def _is_noise(variance: Mapping[Any, Any]) -> bool:
