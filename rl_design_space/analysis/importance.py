@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.statistics import Estimate, percentile_interval, resample_weights
+from rl_design_space.analysis.resampling import Estimate, percentile_interval, resample_weights
 
 #: Bootstrap samples of periods for the intervals of shares.
 RESAMPLES = 1000

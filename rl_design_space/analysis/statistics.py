@@ -11,8 +11,20 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.resampling import RESAMPLES, Estimate, percentile_interval, resample_weights
 
-RESAMPLES = 5000
+__all__ = [
+    "RESAMPLES",
+    "Estimate",
+    "mean_estimate",
+    "mean_share_estimate",
+    "percentile_interval",
+    "resample_weights",
+    "share_estimate",
+    "top_percent_weight",
+    "weighted_means",
+]
+
 #: Number of periods above which the interval of a mean is computed without resampling.
 _MANY = 2000
 #: Skewness of a mean below which it counts as symmetric.
@@ -23,14 +35,6 @@ _ENDS = stats.norm.ppf((0.025, 0.975))
 _ONE_THREAD = 9000
 #: Resampled values that fit into the cache of a core.
 _IN_CACHE = 50_000
-
-
-class Estimate(NamedTuple):
-    """A value and its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
 
 
 class _Resampled(NamedTuple):
@@ -127,28 +131,6 @@ def _drawn(periods: int, seed: int, resamples: int) -> NDArray[np.unsignedintege
     drawn: NDArray[np.unsignedinteger[Any]] = picked.astype(np.min_scalar_type(periods))  # a quarter of the memory
     drawn.setflags(write=False)  # cached, so it is shared
     return drawn
-
-
-@lru_cache(maxsize=4)
-def resample_weights(periods: int, seed: int = 0, resamples: int = RESAMPLES) -> FloatArray:
-    """Return the weight of each period in each bootstrap resample.
-
-    A weighted sum over periods is a resampled mean: `weights @ values`, for many columns of values at a time. Points of
-    equal size and seed have the same layouts, so their differences are paired: the same weights resample both.
-
-    Returns:
-        (resamples, periods), each row sums to 1.
-    """
-    rng = np.random.default_rng(seed)
-    weights: FloatArray = rng.multinomial(periods, np.full(periods, 1 / periods), size=resamples) / periods
-    weights.setflags(write=False)  # cached, so it is shared
-    return weights
-
-
-def percentile_interval(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the ends of the middle 95 % of bootstrap samples, along the first axis."""
-    low, high = np.percentile(samples, (2.5, 97.5), axis=0)
-    return low, high
 
 
 def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:

@@ -71,7 +71,8 @@ def _sweep(
     found = missing(plan, tracker)
     outcome = _run(plan, found, tracker, settings, launcher, command)
     outcome.seconds = seconds | outcome.seconds
-    sweep_output.show_outcome(plan, outcome, tracker.location, command)
+    chosen = [each for each in overrides if each.startswith(("outputs=", "tracking"))]
+    sweep_output.show_outcome(plan, outcome, tracker.location, command, chosen)
     return not (outcome.failed or outcome.delivery.pending)
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
+from rl_design_space.commands.sweep_result import result_lines
 from rl_design_space.commands.terminal import (
     console,
     counted,
@@ -58,15 +59,18 @@ def show_plan(
     console.print(f"nothing was run; {remedy} to run these points", markup=False)
 
 
-def show_outcome(plan: Plan, outcome: Outcome, location: str, command: str) -> None:
-    """Print the outcome of a sweep: counts, failures, and pending records.
+def show_outcome(plan: Plan, outcome: Outcome, location: str, command: str, settings: Sequence[str] = ()) -> None:
+    """Print the outcome of a sweep: its result, counts, failures, and pending records.
 
     Args:
         plan: the points of the sweep.
         outcome: of the sweep.
         location: name of the tracking store.
         command: the command line, which continues a sweep that was stopped by a failure.
+        settings: overrides that choose the store.
     """
+    for line in result_lines(plan, outcome.stored, settings):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     console.print(outcome_line(plan, outcome, location), markup=False, soft_wrap=True)
     if outcome.failed:
         console.print(failure_table(plan, outcome.failed))

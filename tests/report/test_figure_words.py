@@ -273,7 +273,7 @@ def test_runs_are_selected_in_the_words_of_the_command_line(outputs: Path, capsy
     missing = ["--where", "representation=direction", "exploration.k=0.05", f"outputs={outputs}"]
     with pytest.raises(ConfigError, match="no run was selected"):
         command.main("sensitivity", ["exploration.k", *missing])
-    assert capsys.readouterr().err == ""
+    assert "left out" not in capsys.readouterr().err
 
 
 def test_runs_of_earlier_code_are_left_out_everywhere_with_a_note(
@@ -296,7 +296,7 @@ def test_runs_of_earlier_code_are_left_out_everywhere_with_a_note(
     assert f"{note}; to include them, name their code" in capsys.readouterr().err
     assert f"{note.capitalize()}." in paths[3].read_text(encoding="utf-8")
     command.main("curves", ["--by", "representation.source,representation,exploration.k", f"outputs={tmp_path}"])
-    assert capsys.readouterr().err == ""
+    assert "left out" not in capsys.readouterr().err
 
 
 def test_a_study_carries_its_own_figures(outputs: Path, tmp_path: Path):

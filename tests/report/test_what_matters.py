@@ -128,9 +128,9 @@ def test_given_a_choice_the_others_are_decomposed(runs: Runs):
     drawn(Importance(given={"representation": "direction"}, scale="total_steps,statistic=median"), runs)
     with pytest.raises(ConfigError, match="representation=distance: no recorded run has these values"):
         Importance(given={"representation": "distance"}).frames(runs)
+    one = {"representation": "direction", "exploration.k": 0.1, "reward": "end_reward"}
     with pytest.raises(ConfigError, match="differ in nothing but their seed"):
-        given = {"representation": "direction", "exploration.k": 0.1, "reward": "end_reward"}
-        Importance(given=given).frames(runs)
+        Importance(given=one).frames(runs)
     with pytest.raises(ConfigError, match=r"^scale: log: no such measure"):
         construct(Importance, {"scale": "log"})
 

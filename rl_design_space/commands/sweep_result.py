@@ -1,0 +1,118 @@
+"""The result of a sweep in a few lines: the best points, which choices mattered, and the commands for more."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import TYPE_CHECKING, Any
+
+from rl_design_space.plan.differences import differing
+
+if TYPE_CHECKING:
+    from rl_design_space.plan.plan import Plan
+    from rl_design_space.tracking.tracker import StoredRun
+
+#: Points above which a sweep prints no result, and points that are listed.
+_MOST, _LISTED = 5000, 10
+#: Choices that are named, and draws of their shares.
+_NAMED, _DRAWS = 2, 200
+_TIE = "≈"
+_NORMAL = NormalDist()
+#: Parameters that make no designs.
+_REPEATED = ("seed", "task.periods")
+
+
+@dataclass(frozen=True)
+class _Design:
+    """A design, its total steps and their standard error."""
+
+    parameters: Mapping[str, Any]
+    steps: float
+    error: float
+
+
+def result_lines(plan: Plan, stored: Mapping[str, StoredRun], settings: Sequence[str] = ()) -> list[str]:
+    """Return the result of a sweep, by recorded scalars alone; empty of a single design, and of very many points.
+
+    Args:
+        plan: the points of the sweep.
+        stored: their runs, by fingerprint.
+        settings: overrides that choose the store, for the commands.
+    """
+    designs = _designs(plan, stored) if len(plan) <= _MOST else []
+    if len(designs) < 2:
+        return []
+    names = differing([design.parameters for design in designs])
+    ordered = sorted(designs, key=lambda design: design.steps)
+    lines = [f"fewest total steps of {len(designs):,} designs, ± 95 % of each by itself:"]
+    # All differences from the best hold together; pairing by period, as in reports, would find more of them.
+    width = _NORMAL.inv_cdf(1 - 0.05 / (len(designs) - 1))
+    tied = [each.steps - ordered[0].steps <= width * math.hypot(each.error, ordered[0].error) for each in ordered]
+    for design, is_tied in list(zip(ordered, tied, strict=True))[:_LISTED]:
+        values = " ".join(f"{name}={design.parameters[name]}" for name in names if name in design.parameters)
+        error = f" ± {1.96 * design.error:,.0f}" if design.error else ""
+        lines.append(f"  {_TIE if is_tied and sum(tied) > 1 else ' '} {design.steps:,.0f}{error}  {values}")
+    if sum(tied) > 1:
+        lines.append(f"{_TIE} {sum(tied):,} designs cannot be told from the best, without pairing their periods")
+    if mattered := _mattered(designs, names):
+        lines.append(f"mattered most for log(total steps): {mattered}")
+    chosen = [f"--study={plan.studies[0]}"] if len(plan.studies) == 1 else []
+    more = [shlex.join(["rl-design-report", word, *chosen, *settings]) for word in ("best", "importance")]
+    return [*lines, *(f"more: {command}" for command in more)]
+
+
+def _designs(plan: Plan, stored: Mapping[str, StoredRun]) -> list[_Design]:
+    """Return the designs that have a run; several seeds are averaged."""
+    found: dict[Hashable, list[_Design]] = {}
+    for planned in plan:
+        run = stored.get(planned.fingerprint)
+        if run and run.scalars.get("total_steps", 0) > 0:
+            parameters = {
+                name: str(value) if isinstance(value, list | tuple) else value
+                for name, value in planned.parameters.items()
+                if name not in _REPEATED
+            }
+            error = run.scalars.get("total_steps_sem", 0.0)
+            design = _Design(parameters, run.scalars["total_steps"], error)
+            found.setdefault(tuple(parameters.items()), []).append(design)
+    return [_averaged(seeds) for seeds in found.values()]
+
+
+def _averaged(seeds: Sequence[_Design]) -> _Design:
+    steps = sum(each.steps for each in seeds) / len(seeds)
+    return _Design(seeds[0].parameters, steps, math.hypot(*(each.error for each in seeds)) / len(seeds))
+
+
+def _mattered(designs: Sequence[_Design], names: Sequence[str]) -> str:
+    """Return the choices with the largest shares of the variance; empty if there is one choice, or no factorial."""
+    import numpy as np
+
+    from rl_design_space.analysis.factorial import factors, grids
+    from rl_design_space.analysis.importance import PAIR, Cells, decomposed
+    from rl_design_space.errors import ConfigError
+
+    parameters = [design.parameters for design in designs]
+    if len(factors(parameters, names)) < 2 or not all(design.error for design in designs):
+        return ""
+    try:
+        found = grids(parameters, names)
+    except ConfigError:
+        return ""
+    means = np.log([design.steps for design in designs])
+    errors = np.array([design.error / design.steps for design in designs])
+    samples = means + errors * np.random.default_rng(0).standard_normal((_DRAWS, len(means)))
+    whole = decomposed(
+        [
+            Cells(tuple(f.name for f in part.factors), means[part.points], samples[:, part.points])
+            for part in found.parts
+        ]
+    )
+    if whole.is_noise:
+        return "nothing can be told from noise"
+    shares = [each for each in whole.effects if PAIR not in each.effect][:_NAMED]
+    return ", ".join(
+        f"{each.effect} {max(each.share.value, 0):.0%}, with interactions {each.total.value:.0%}" for each in shares
+    )
