@@ -198,13 +198,13 @@ def _grown(codes: NDArray[np.intp], around: int | None) -> NDArray[np.bool_]:
 
 def _extended(codes: NDArray[np.intp], inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return a factorial with all levels added whose combinations with the others are there."""
-    used = [np.bincount(column[inside], minlength=column.max() + 1) > 0 for column in codes.T]
+    used: list[NDArray[np.bool_]] = [np.bincount(column[inside], minlength=column.max() + 1) > 0 for column in codes.T]
     among = np.array([each[column] for each, column in zip(used, codes.T, strict=True)])  # (factors, points)
     for factor, before in enumerate(used):
         elsewhere = np.delete(among, factor, axis=0).all(axis=0)
         size = np.prod([other.sum() for place, other in enumerate(used) if place != factor], dtype=float)
         full = np.bincount(codes[elsewhere, factor], minlength=len(before)) == size
-        used[factor] = np.logical_or(before, full)
+        used[factor] = np.asarray(before | full)
         among[factor] = used[factor][codes[:, factor]]
     whole: NDArray[np.bool_] = among.all(axis=0)
     return whole

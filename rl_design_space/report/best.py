@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
@@ -171,6 +172,12 @@ def _draw(rows: pd.DataFrame, value: str, title: str) -> Figure:
         right.barh(y[which], shown["probability_best"][which], color=colour, height=0.6)
     left.set_yticks(y, [name or "the design" for name in _labels(shown)], fontsize=7.5)
     left.set_ylim(-0.7, len(shown) - 0.3)
+    if shown["low"].min() > 0 and shown["high"].max() / shown["low"].min() >= style.DECADE:
+        left.set_xscale("log")
+        left.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        left.xaxis.set_minor_formatter(NullFormatter())
+    else:
+        left.xaxis.set_major_locator(MaxNLocator(5))
     left.xaxis.set_major_formatter(lambda each, _: f"{each:,g}")
     left.set_xlabel(f"{value}, with 95 % intervals of each")
     left.legend(frameon=False, fontsize=8, loc="best")

@@ -125,7 +125,8 @@ def test_a_study_learns_its_points(small_table: Completed, folder: Path):
 def test_a_complete_study_learns_nothing(small_table: Completed, command: Command, folder: Path):
     before = runs(folder), runs(folder, "sweeps")
     again = command("rl-design-space", "study=table4", *SMALL_TABLE)
-    (outcome,) = again.stdout.splitlines()
+    *result, outcome = again.stdout.splitlines()
+    assert result[0].startswith("fewest total steps of 4 designs")
     assert outcome.startswith("table4: 4 points, 0 learned now, 4 before, 0 failed; in sqlite:///out/mlflow.db")
     assert (runs(folder), runs(folder, "sweeps")) == before
 
