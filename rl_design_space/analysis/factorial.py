@@ -206,8 +206,7 @@ def _extended(codes: NDArray[np.intp], inside: NDArray[np.bool_]) -> NDArray[np.
         full = np.bincount(codes[elsewhere, factor], minlength=len(before)) == size
         used[factor] = np.asarray(before | full)
         among[factor] = used[factor][codes[:, factor]]
-    whole: NDArray[np.bool_] = among.all(axis=0)
-    return whole
+    return np.asarray(among.all(axis=0))
 
 
 def _factorial(

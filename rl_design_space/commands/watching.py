@@ -14,7 +14,7 @@ from rl_design_space.commands.messages import tell
 Item = TypeVar("Item")
 
 #: Reports, lines and paragraphs that are printed at most.
-_REPORTS, _LINES, _PARAGRAPHS = 3, 12, 2
+_REPORTS, _LINES, _PARAGRAPHS = 8, 12, 2
 #: Seconds after which a bar appears.
 _PATIENCE = 1.0
 
