@@ -20,7 +20,7 @@ from rl_design_space.errors import ConfigError
 
 _LARGEST_CODE = int(np.iinfo(np.int64).max)
 
-#: Goals that an observation covers: all of them (Table 2 counts them all), or those not yet reached.
+#: Goals that an observation covers: those not yet reached, or all of them, as Table 2 counts them.
 _ObservedGoals = Literal["all", "remaining"]
 
 
@@ -126,10 +126,10 @@ class Distance:
     (⌊dx/2⌋ + ⌊dy/2⌋)^n · n, counts one less.
 
     Attributes:
-        goals: goals whose distances are observed: `all`, or only those `remaining`.
+        goals: goals whose distances are observed: those `remaining`, or `all`.
     """
 
-    goals: _ObservedGoals = "all"
+    goals: _ObservedGoals = "remaining"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         x, y = world.offset(goals)
@@ -161,11 +161,11 @@ class Direction:
     Attributes:
         rule: which of two directions is observed: along the `dominant_axis`, the one with the larger offset, horizontal
             when both are equal; or `horizontal_first`, horizontal until the column is right, then vertical.
-        goals: goals whose directions are observed: `all`, or only those `remaining`.
+        goals: goals whose directions are observed: those `remaining`, or `all`.
     """
 
     rule: Literal["dominant_axis", "horizontal_first"] = "dominant_axis"
-    goals: _ObservedGoals = "all"
+    goals: _ObservedGoals = "remaining"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         x, y = world.offset(goals)

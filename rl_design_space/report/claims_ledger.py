@@ -7,6 +7,7 @@ import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass as plain_dataclass
+from dataclasses import field
 from typing import Annotated, Any
 
 import matplotlib.pyplot as plt
@@ -86,12 +87,14 @@ class ClaimsLedger(Report):
 
     Attributes:
         common: values of parameters that all points have unless a part says otherwise.
+        reading: values of parameters that a point has if it has such a parameter at all.
         claims: by name, each with `statement`, `study` (whose table or figure shows it) and `parts` (what must hold,
             each an option of `analysis.parts`).
     """
 
     shows: str = "Every part of every claim: its value with the 95 % interval, beside the range that the claim gives"
     common: Where
+    reading: Where = field(default_factory=dict)
     claims: dict[str, dict[str, Any]]
 
     def judged(self, runs: Runs) -> list[Judged]:
@@ -100,7 +103,7 @@ class ClaimsLedger(Report):
         Raises:
             ConfigError: a claim has a value that is not allowed, or a part does not name its points.
         """
-        data = _RecordedPoints(runs, self.common)
+        data = _RecordedPoints(runs, self.common, self.reading)
         claims = {name: construct(Claim, node, f"claims.{name}") for name, node in self.claims.items()}
         tested: dict[str, list[Tested]] = {}
         missing: dict[str, list[str]] = {}
@@ -199,8 +202,8 @@ def _claimed(part: Mapping[Any, Any]) -> str:
 class _RecordedPoints:
     """Points of the parts of claims, see `analysis.parts.Data`."""
 
-    def __init__(self, runs: Runs, common: Where) -> None:
-        self._runs = runs
+    def __init__(self, runs: Runs, common: Where, reading: Where) -> None:
+        self._runs = runs.under(reading)
         self._common = common
 
     def one(self, where: Where) -> LearningCurves:

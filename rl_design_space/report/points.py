@@ -49,6 +49,10 @@ class Point:
                 return False
         return True
 
+    def allows(self, reading: Where) -> bool:
+        """Return whether the point has each of these values, as far as it has such a parameter."""
+        return self.has({name: wanted for name, wanted in reading.items() if name in self.parameters})
+
 
 def by_design(points: Iterable[Point]) -> list[list[Point]]:
     """Return points by design: those that differ in their seed alone are together, in the order of their seeds."""

@@ -120,7 +120,7 @@ class ReadingsAudit(Report):
         wanted = {**self.decided, **says}
         cells: dict[Any, list[Point]] = {}
         for seeds in by_design(runs.points):
-            if seeds[0].has({name: value for name, value in wanted.items() if name in seeds[0].parameters}):
+            if seeds[0].allows(wanted):
                 here, row, column = seeds[0].key(published.axes.values())
                 if here == panel and (first := cells.setdefault((row, column), seeds)) is not seeds:
                     names = ", ".join(differing([first[0].parameters, seeds[0].parameters]))

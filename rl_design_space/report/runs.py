@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -113,6 +114,17 @@ class Runs:
         for name in names:
             if name not in known:
                 raise ConfigError.unknown("parameter of these runs", name, known)
+
+    def under(self, reading: Where) -> Runs:
+        """Return these runs without the points that have one of these parameters with another value.
+
+        Raises:
+            ConfigError: no point has a parameter of such a name.
+        """
+        self.check(reading)
+        runs = copy(self)  # with the results that are read already
+        runs.points = [point for point in self.points if point.allows(reading)]
+        return runs
 
     def where(self, where: Where) -> list[Point]:
         """Return the points that have these values, recorded or not, in their order.

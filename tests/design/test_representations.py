@@ -48,7 +48,7 @@ def test_distance_with_walls_does_not_cross_the_border():
 @pytest.mark.parametrize(("counter", "expected"), [(0, 3 + 3 * 11 + 2 * 121), (2, 3 + 3 * 11 + 2 * 121 + 2 * 1331)])
 def test_distances_to_all_goals_and_the_counter_make_one_code(counter, expected):
     goals = [(6, 7), (2, 5), (5, 3)]
-    assert code(Distance(), (5, 5), goals, counter) == expected
+    assert code(Distance(goals="all"), (5, 5), goals, counter) == expected
 
 
 @pytest.mark.parametrize("rule", ["dominant_axis", "horizontal_first"])
@@ -90,7 +90,7 @@ def test_direction_crosses_the_border_when_that_is_shorter():
 
 def test_directions_to_all_goals_and_the_counter_make_one_code():
     goals = [(8, 5), (5, 8), (2, 5)]
-    assert code(Direction(), (5, 5), goals, counter=1) == RIGHT + 5 * BELOW + 25 * LEFT + 125
+    assert code(Direction(goals="all"), (5, 5), goals, counter=1) == RIGHT + 5 * BELOW + 25 * LEFT + 125
 
 
 def test_a_direction_has_the_same_code_in_a_world_of_another_size():
@@ -103,14 +103,14 @@ def test_a_direction_has_the_same_code_in_a_world_of_another_size():
 @pytest.mark.parametrize(
     ("counter", "observed"), [(0, (RIGHT, BELOW, LEFT)), (1, (HERE, BELOW, LEFT)), (2, (HERE, HERE, LEFT))]
 )
-def test_goals_already_reached_are_masked_with_remaining(counter, observed):
+def test_goals_already_reached_are_masked(counter, observed):
     goals = [(8, 5), (5, 8), (2, 5)]
     expected = 125 * counter + sum(digit * 5**goal for goal, digit in enumerate(observed))
-    assert code(Direction(goals="remaining"), (5, 5), goals, counter) == expected
+    assert code(Direction(), (5, 5), goals, counter) == expected
 
 
 def test_masked_distances_do_not_depend_on_the_goals_reached():
-    masked, every = Distance(goals="remaining"), Distance()
+    masked, every = Distance(), Distance(goals="all")
     near, far = [(6, 5), (2, 2)], [(9, 9), (2, 2)]
     assert code(masked, (5, 5), near, counter=1) == code(masked, (5, 5), far, counter=1)
     assert code(every, (5, 5), near, counter=1) != code(every, (5, 5), far, counter=1)

@@ -68,7 +68,7 @@ DEFAULT = DesignPoint(task=Task(periods=3))
 EXAMPLES = {
     "default": DEFAULT,
     "direction": replace(DEFAULT, representation=Direction(), exploration=Linear(k=0.02)),
-    "distance_remaining": replace(DEFAULT, representation=Distance(goals="remaining")),
+    "distance_to_all": replace(DEFAULT, representation=Distance(goals="all")),
     "msa_3": replace(DEFAULT, msa=MultiStepActions(lengths=(3,))),
     "msa_2_5_all_shorter": replace(DEFAULT, msa=MultiStepActions(lengths=(2, 5), propagation="all_shorter")),
     "msa_long_first": replace(DEFAULT, msa=MultiStepActions(lengths=(5, 2), propagation="all_shorter")),

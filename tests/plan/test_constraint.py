@@ -34,7 +34,7 @@ def test_a_point_is_dropped_by_the_first_constraint_that_applies(planned):
     [
         ("representation == 'direction'", {"ad_hoc"}),
         ("representation in {'ad_hoc'}", {"direction"}),
-        ("representation == 'direction' and representation.goals == 'all'", {"ad_hoc"}),
+        ("representation == 'direction' and representation.goals == 'remaining'", {"ad_hoc"}),
         ("task.goals < 3 or seed > 0 or world.size != 10", {"ad_hoc", "direction"}),
     ],
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -63,3 +65,20 @@ def test_a_run_that_kept_its_curves_alone_is_refused_by_name(study: Study, monke
     assert runs.kept(runs.points[0]) is None
     with pytest.raises(ConfigError, match=r"tracking\.artifact=curves: the run of `rl-design-space task\.periods=2"):
         runs.result(runs.points[0])
+
+
+def test_a_reading_leaves_out_the_points_that_have_another_value_and_no_others():
+    small = ["task.periods=2", "task.trials=3", "world.size=4"]
+    with shipped_config():
+        planner = Planner()
+        representations = plan_overrides([*small, "representation=ad_hoc,direction,distance"], planner)
+        observes_all = plan_overrides([*small, "representation=direction", "representation.goals=all"], planner)
+        plan = replace(representations, points=[*representations, *observes_all])
+        study = Study("mine", (), planner.composer.config(()), plan)
+    runs = Runs.of_study(study, LearningReader(study.plan))
+    under = runs.under({"representation.goals": "all"})
+    assert [point.parameters["representation"] for point in under.points] == ["ad_hoc", "direction"]
+    assert len(runs.points) == 4
+    assert under.result(under.points[0]) is runs.result(runs.points[0])
+    with pytest.raises(ConfigError, match=r"did you mean representation\.goals"):
+        runs.under({"representation.goal": "all"})

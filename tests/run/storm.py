@@ -145,6 +145,8 @@ class Storm:
         if self._weather.victim == "command":
             sleep(self._chance.uniform(0, 0.5))  # its tracker process notices
         output, _ = process.communicate(timeout=PATIENCE)
+        if output.startswith("error:"):  # it was not killed, and never will be
+            raise RuntimeError(output)
         self.damage.tracebacks += "Traceback" in output
         self._points += POINTS
 
@@ -164,7 +166,7 @@ class Storm:
         variables, stores = dict(os.environ), []
         if self._url:
             variables["PGPASSWORD"] = str(self._url.password)
-            stores = ["tracking=server", f"tracking.uri={self._url.set(password=None).render_as_string()}"]
+            stores = ["tracking=server", f"tracking.uri={self._url._replace(password=None).render_as_string()}"]
         elif self._weather.outputs > 1:
             stores = [f"tracking.uri={self._store.render_as_string()}"]
         outputs = f"outputs={self._folder}/out{number}"
@@ -218,14 +220,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.run.storm", description=__doc__)
     parser.add_argument("--kills", type=int, default=90, help="in all")
     parser.add_argument("--seed", type=int, default=1, help="of the times and the victims")
+    parser.add_argument("--only", default="", help="kinds whose name contains this, e.g. PostgreSQL")
     chosen = parser.parse_args()
-    rounds = max(chosen.kills // (ROUND * len(KINDS)), 1)
-    found = {kind.name: Damage() for kind in KINDS}
+    kinds = [kind for kind in KINDS if chosen.only in kind.name]
+    rounds = max(chosen.kills // (ROUND * len(kinds)), 1)
+    found = {kind.name: Damage() for kind in kinds}
     with ExitStack() as stack:
         cluster = stack.enter_context(postgres_cluster())
         storms = []
         for number in range(rounds):
-            for kind in KINDS:
+            for kind in kinds:
                 uri = cluster.create() if kind.postgres else ""
                 storms.append((kind, Storm(kind, random.Random(f"{chosen.seed} {number} {kind}"), uri)))
         pool = stack.enter_context(ThreadPoolExecutor(2))
