@@ -35,8 +35,7 @@ def main() -> None:
     # Signals are meant for the process that started this one, which ends it by closing its input.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    for name in _NOTEBOOKS:
-        sys.modules[name] = None  # type: ignore[assignment]  # cannot be imported: this process is no notebook
+    forget_notebooks()
     ended, foreground = Event(), Event()
     if sys.argv[2] == FOREGROUND:
         foreground.set()
@@ -53,6 +52,12 @@ def main() -> None:
         except ConfigError as error:
             _send(unusable=str(error))
             return
+
+
+def forget_notebooks() -> None:
+    """Make the modules of notebooks impossible to import: this process is no notebook."""
+    for name in _NOTEBOOKS:
+        sys.modules[name] = None  # type: ignore[assignment]
 
 
 def _deliver(delivery: Delivery, ended: Event, foreground: Event) -> None:
