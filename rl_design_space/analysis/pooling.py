@@ -17,6 +17,8 @@ from rl_design_space.analysis.statistics import RESAMPLES, resample_weights
 
 #: Resampled periods of several seeds that are held in memory at once.
 _AT_ONCE = 10_000_000
+#: Weights of one seed that are held in memory all at once, and cached; the same weights are drawn either way.
+_CACHED = 25_000_000
 
 
 class Repetition(NamedTuple):
@@ -159,7 +161,8 @@ class Pool:
     def _drawn(self) -> Iterator[list[FloatArray]]:
         """Yield weights of the periods of each stratum, (resamples, size), until there are `RESAMPLES` of them."""
         sizes = [stratum.size for stratum in self._strata]
-        if all(len(stratum.units) == 1 for stratum in self._strata):
+        few = sum(sizes) * RESAMPLES <= _CACHED
+        if few and all(len(stratum.units) == 1 for stratum in self._strata):
             yield [resample_weights(size, number) for number, size in enumerate(sizes)]
             return
         draw = [np.random.default_rng(number) for number in range(len(sizes))]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space.design import Representation, World
 from rl_design_space.learning.optimum import shortest_tours
 
@@ -30,6 +32,26 @@ class Properties:
     aliased: float
     other_goals: float
     larger_grid: float
+
+
+@dataclass(frozen=True)
+class Places:
+    """Layouts in a world, with the optimal steps, which all representations share.
+
+    Attributes:
+        world: the world.
+        layouts: (layouts, 1 + n_goals) starts and goals.
+        optimal: of each layout, see `optimal_moves`.
+    """
+
+    world: World
+    layouts: NDArray[np.int32]
+    optimal: Sequence[NDArray[np.bool_]]
+
+    @classmethod
+    def of(cls, world: World, layouts: NDArray[np.int32]) -> Places:
+        """Return layouts with their optimal steps."""
+        return cls(world, layouts, [optimal_moves(world, layout[1:]) for layout in layouts])
 
 
 @dataclass(frozen=True)
@@ -61,15 +83,20 @@ def properties(
         layouts: (layouts, 1 + n_goals) starts and goals in `world`, at least two.
         on_larger: (layouts, 1 + n_goals) starts and goals in `larger`.
     """
-    seen = [_look(representation, world, layout[1:]) for layout in layouts]
-    beyond = [_look(representation, larger, layout[1:]) for layout in on_larger]
+    each = properties_by_layout(representation, Places.of(world, layouts), Places.of(larger, on_larger))
+    return Properties(**{name: float(values.mean()) for name, values in each.items()})
+
+
+def properties_by_layout(representation: Representation, places: Places, larger: Places) -> dict[str, FloatArray]:
+    """Return the fields of `Properties` on each layout, (layouts,) each; see `properties`."""
+    seen, beyond = _look(representation, places), _look(representation, larger)
     alone = np.array([_of_layout(each) for each in seen])
-    return Properties(
-        states_each=float(alone[:, 0].mean()),
-        aliased=float(alone[:, 1].mean()),
-        other_goals=float(np.mean([_carried(*pair) for pair in zip(seen, seen[1:] + seen[:1], strict=True)])),
-        larger_grid=float(np.mean([_carried(*pair) for pair in zip(seen, beyond, strict=True)])),
-    )
+    return {
+        "states_each": alone[:, 0],
+        "aliased": alone[:, 1],
+        "other_goals": np.array([_carried(*pair) for pair in zip(seen, seen[1:] + seen[:1], strict=True)]),
+        "larger_grid": np.array([_carried(*pair) for pair in zip(seen, beyond, strict=True)]),
+    }
 
 
 def optimal_moves(world: World, goals: NDArray[np.int32]) -> NDArray[np.bool_]:
@@ -91,8 +118,9 @@ def optimal_moves(world: World, goals: NDArray[np.int32]) -> NDArray[np.bool_]:
     return np.asarray(np.logical_or(nearer, at_goal))
 
 
-def _look(representation: Representation, world: World, goals: NDArray[np.int32]) -> _Layout:
-    return _Layout(representation.observation(world, goals), optimal_moves(world, goals))
+def _look(representation: Representation, places: Places) -> list[_Layout]:
+    codes = representation.observation(places.world, places.layouts[:, 1:])
+    return [_Layout(*each) for each in zip(codes, places.optimal, strict=True)]
 
 
 def _votes(layout: _Layout) -> tuple[NDArray[np.int64], NDArray[np.intp], NDArray[np.int64], NDArray[np.int64]]:

@@ -13,6 +13,12 @@ from scipy import stats
 from rl_design_space._arrays import FloatArray
 
 RESAMPLES = 5000
+#: Number of periods above which the interval of a mean is computed without resampling.
+_MANY = 2000
+#: Skewness of a mean below which it counts as symmetric.
+_NO_SKEW = 1e-6
+#: Quantiles of the standard normal distribution at both ends of an interval.
+_ENDS = stats.norm.ppf((0.025, 0.975))
 #: Resampled values that are held in memory at once; it does not change which are drawn.
 _AT_ONCE = 10_000_000
 
@@ -28,7 +34,9 @@ class Estimate(NamedTuple):
 def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
     """Return the mean of independent periods with a bias-corrected and accelerated (BCa) bootstrap interval.
 
-    BCa follows the skew of heavy tails (Efron, "Better bootstrap confidence intervals", JASA 82, 1987).
+    BCa follows the skew of heavy tails (Efron, "Better bootstrap confidence intervals", JASA 82, 1987). Of more than
+    2,000 periods the interval is analytic, which takes no resampling and holds the true mean more often (Hall, "On the
+    removal of skewness by transformation", JRSS B 54, 1992). docs/decisions/0023-heavy-tails.md says how often.
 
     Args:
         values: (periods,) a number for each period.
@@ -39,11 +47,26 @@ def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
         return Estimate(mean, np.nan, np.nan)
     if np.ptp(values) == 0:
         return Estimate(mean, mean, mean)
+    if len(values) > _MANY:
+        return Estimate(mean, *_transformed(values))
     rng = np.random.default_rng(seed)
     batch = max(1, _AT_ONCE // len(values)) if len(values) * RESAMPLES > _AT_ONCE else None
     found = stats.bootstrap((values,), np.mean, n_resamples=RESAMPLES, batch=batch, method="BCa", rng=rng)
     interval = found.confidence_interval
     return Estimate(mean, float(interval.low), float(interval.high))
+
+
+def _transformed(values: FloatArray) -> tuple[float, float]:
+    """Return the ends of the interval of a mean from a transformation of its t-statistic that removes its skew.
+
+    The transformation is g(t) = t + c·t²/3 + c²·t³/27 + c/6, of which c = skewness / √n (Hall, section 2).
+    """
+    away = values - values.mean()
+    spread = float(np.sqrt((away**2).mean()))
+    c = float((away**3).mean()) / spread**3 / math.sqrt(len(values))
+    t = _ENDS if abs(c) < _NO_SKEW else 3 / c * (np.cbrt(1 + c * (_ENDS - c / 6)) - 1)
+    high, low = values.mean() - spread / math.sqrt(len(values)) * t
+    return float(low), float(high)
 
 
 def share_estimate(which: NDArray[np.bool_]) -> Estimate:

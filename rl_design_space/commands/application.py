@@ -41,7 +41,7 @@ def _run_point(config: DictConfig, invocation: Invocation) -> float:
     from rl_design_space.commands.terminal import console, pending_line, point_table, run_table
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.plan.planner import plan_composed
-    from rl_design_space.run.objective import objective_value
+    from rl_design_space.run.objective import objective_value, recorded_result
     from rl_design_space.run.outcome import lost_record
     from rl_design_space.run.settings import build_settings
     from rl_design_space.run.single_point import run_point
@@ -73,4 +73,8 @@ def _run_point(config: DictConfig, invocation: Invocation) -> float:
         invocation.failed = True
     if delivery.note:
         console.print(delivery.note, markup=False, soft_wrap=True)
-    return objective_value(settings.objective, stored.scalars)
+    name = settings.objective
+    result = point_run.result
+    return objective_value(
+        name, stored.scalars, lambda: result or recorded_result(name, settings.tracking, stored, planned.point)
+    )

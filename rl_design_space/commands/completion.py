@@ -102,6 +102,9 @@ def _report(words: Sequence[str], last: str) -> Iterator[str]:
             yield from reported_studies(search)
         return
     if words[0] in figure_words.WORDS:
+        if words[-1] == "--value":
+            yield from figure_words.values()
+            return
         yield from figure_words.flags(words[0])
     yield from filter(is_setting, _overrides([], last))
 

@@ -25,6 +25,10 @@ _INCLUDING = {
     "sensitivity": "--where representation.source=…",
     "compare": "--where representation.source=…",
 }
+_VALUE = (
+    "which scalar or measure: total_steps, steps_after=30, trials_to=1.1,statistic=median, or module and function of "
+    "your own (default: %(default)s); docs/reports.md lists them"
+)
 #: Words of the command, with what they draw.
 WORDS = {
     "heatmap": "a number by two parameters, as a table of colours",
@@ -80,6 +84,13 @@ def flags(word: str) -> list[str]:
     return [flag for action in _parser(word)._actions for flag in action.option_strings if flag.startswith("--")]
 
 
+def values() -> list[str]:
+    """Return what may follow `--value`: scalars, and measures with their usual parameters."""
+    from rl_design_space.learning.measures import ONLY_SCALARS, forms
+
+    return [*forms(), *ONLY_SCALARS]
+
+
 def _parser(word: str) -> argparse.ArgumentParser:
     """Return the parser of a word; arguments that are fields of its report have their names."""
     parser = argparse.ArgumentParser(
@@ -98,7 +109,7 @@ def _parser(word: str) -> argparse.ArgumentParser:
         parser.add_argument("a", help="values of parameters, such as representation=ad_hoc; several in quotes")
         parser.add_argument("b", help="values of the same parameters on the other side")
     if word != "curves":
-        parser.add_argument("--value", default="total_steps", help="which scalar (default: %(default)s)")
+        parser.add_argument("--value", default="total_steps", help=_VALUE)
     if word != "sensitivity":
         parser.add_argument("--mean", action="store_true", help="average runs that differ in more than their seed")
     parser.add_argument("--study", help="the runs of a study; all recorded runs if nothing chooses among them")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from rl_design_space.plan.grid import as_overrides, refuse_empty, refuse_large
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import union
-from rl_design_space.run.objective import objective_value
+from rl_design_space.run.objective import objective_value, recorded_result
 from rl_design_space.run.outcome import Outcome, PointFailedError
 from rl_design_space.run.runner import missing, run_sweep
 from rl_design_space.run.settings import build_settings
@@ -62,8 +63,11 @@ def launch(job_overrides: Sequence[Sequence[str]], config: DictConfig, launcher:
     show_pending(outcome, tracker.location)
     # Of the last batch of jobs only: pending records include those of earlier batches.
     invocation.failed = bool(outcome.delivery.pending)
+    points = {planned.fingerprint: planned.point for planned in plan}
     for fingerprint, run in outcome.stored.items():
-        monitor.objectives.setdefault(fingerprint, objective_value(settings.objective, run.scalars))
+        if fingerprint not in monitor.objectives:
+            result = partial(recorded_result, settings.objective, settings.tracking, run, points[fingerprint])
+            monitor.objectives[fingerprint] = objective_value(settings.objective, run.scalars, result)
     return [_job_return(planned, monitor.objectives, outcome) for planned in jobs]
 
 
@@ -102,7 +106,7 @@ class _ObjectiveMonitor:
 
     def point_ended(self, planned: PlannedPoint, result: LearningCurves | StoredRun | Exception) -> None:
         if isinstance(result, LearningCurves):
-            self.objectives[planned.fingerprint] = objective_value(self._objective, result.scalars())
+            self.objectives[planned.fingerprint] = objective_value(self._objective, result.scalars(), lambda: result)
         self.display.point_ended(planned, result)
 
     def waiting(self, points: int) -> None:

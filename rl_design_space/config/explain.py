@@ -144,6 +144,8 @@ def invalid(prefix: str, error: ValidationError, kind: Any) -> ConfigError:
             lines.append(str(ConfigError.at(key, "???", "needs a value")))
         elif not detail["loc"]:
             lines.append(_plain(detail["msg"]))
+        elif isinstance(detail.get("ctx", {}).get("error"), ConfigError):  # which names key and value itself
+            lines.append(f"{key}: {_plain(detail['msg'])}")
         elif detail["type"] == "is_instance_of" and (lacking := _lacking(kind, detail)):
             lines.append(f"{key}={full_name(type(detail['input']))}: {_plain(detail['msg'])}; it has no {lacking}")
         elif _needs_a_number(detail) and _is_quoted(detail["input"]):

@@ -1,25 +1,60 @@
 """Measures: numbers and curves that are computed from the periods of a point.
 
-This table serves recorded scalars, the values of reports (`--value`), claims (`measure:`) and summaries of curves.
+This table serves recorded scalars, the values of reports (`--value`), claims (`measure:`), frames of runs and summaries
+of curves. `measure` returns one by its name, with parameters and a statistic if there are any: docs/reports.md.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space._arrays import FloatArray
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measure_families import FAMILIES
+from rl_design_space.learning.measure_functions import (
+    FINAL_TRIALS,
+    NEAR,
+    OUTLIER,
+    converged,
+    final_over_optimum,
+    gap_left,
+    roughness,
+    scaled_to_equal_steps,
+    second_half,
+    share,
+)
+from rl_design_space.learning.measure_kinds import CurveMeasure, Measure, PeriodMeasure, Periods
+from rl_design_space.learning.measure_spec import MeasureSpec, Spec, parsed
+from rl_design_space.learning.measure_statistics import MEAN
+from rl_design_space.learning.own_measure import own_measure
 
-#: Trials at the end of a period that stand for the final policy.
-FINAL_TRIALS = 10
-#: A curve or policy is near a level, such as the optimum, within this factor.
-NEAR = 1.1
-#: A trial that takes so many times the fewest steps possible is an outlier.
-OUTLIER = 10
+__all__ = [
+    "ALIASES",
+    "CURVES",
+    "CURVES_OF_PERIODS",
+    "CURVES_ON_DEMAND",
+    "FINAL_TRIALS",
+    "MEASURES",
+    "NEAR",
+    "ONLY_SCALARS",
+    "OUTLIER",
+    "SCALARS",
+    "CurveMeasure",
+    "Measure",
+    "PeriodMeasure",
+    "Periods",
+    "Spec",
+    "canonical",
+    "converged",
+    "forms",
+    "measure",
+    "scaled_to_equal_steps",
+    "values",
+]
 
 #: Names of the learning curves that are recorded for every point.
 CURVES = ("steps/mean", "steps/median", "success_rate")
@@ -35,182 +70,56 @@ SCALARS = (
     "final_steps_over_optimum",
     "env_steps_per_second",
 )
-
-
-class Periods(Protocol):
-    """Periods of a point, from which measures are computed, see `LearningCurves`."""
-
-    @property
-    def steps(self) -> NDArray[np.int32]:
-        """(periods, trials) steps until the final goal; the step cap where it was missed."""
-        ...
-
-    @property
-    def success(self) -> NDArray[np.bool_]:
-        """(periods, trials) whether the final goal was reached."""
-        ...
-
-    @property
-    def optimum(self) -> NDArray[np.int32]:
-        """(periods,) fewest steps possible."""
-        ...
-
-    @property
-    def over_optimum(self) -> FloatArray:
-        """(periods, trials) steps / optimum."""
-        ...
-
-    @property
-    def total_steps(self) -> FloatArray:
-        """(periods,) steps of all trials."""
-        ...
-
-    @property
-    def side(self) -> float:
-        """Cells along each side of the grid; NaN if it is not square, or not known."""
-        ...
-
-
-class Measure(Protocol):
-    """A number that is computed from the periods of a point."""
-
-    @property
-    def meaning(self) -> str:
-        """What it measures, as a noun phrase."""
-        ...
-
-    def samples(self, periods: Periods, weights: FloatArray) -> FloatArray:
-        """Return the measure under each weighting of the periods.
-
-        Args:
-            periods: periods of the point.
-            weights: (resamples, periods), each row sums to 1; equal weights give the plain value.
-
-        Returns:
-            (resamples,)
-        """
-        ...
-
-    def each(self, periods: Periods) -> FloatArray | None:
-        """Return (periods,) numbers whose mean is the measure; None if it is computed from the mean curve."""
-        ...
-
-
-@dataclass(frozen=True)
-class PeriodMeasure:
-    """A mean over periods of one number each.
-
-    Attributes:
-        meaning: what it measures.
-        of: (periods,) float64, the number of each period.
-    """
-
-    meaning: str
-    of: Callable[[Periods], FloatArray]
-
-    def samples(self, periods: Periods, weights: FloatArray) -> FloatArray:
-        values: FloatArray = weights @ self.of(periods)
-        return values
-
-    def each(self, periods: Periods) -> FloatArray | None:
-        return self.of(periods)
-
-
-@dataclass(frozen=True)
-class CurveMeasure:
-    """A number that is computed from the mean curve, over periods, of steps / optimum.
-
-    Attributes:
-        meaning: what it measures.
-        of: (..., trials) curves to (...,) numbers.
-    """
-
-    meaning: str
-    of: Callable[[FloatArray], FloatArray]
-
-    def samples(self, periods: Periods, weights: FloatArray) -> FloatArray:
-        return self.of(weights @ periods.over_optimum)
-
-    def each(self, periods: Periods) -> FloatArray | None:
-        return None
-
-
-def scaled_to_equal_steps(steps: Any, side: Any) -> Any:
-    """Return steps on a d×d grid in steps on a 10×10 grid of the same extent: divided by d/10 (Table 4)."""
-    return steps * 10 / side
-
-
-def converged(curves: FloatArray, level: FloatArray) -> FloatArray:
-    """Return the first trial from which on a curve stays near a level; the number of trials if its end is not near.
-
-    Args:
-        curves: (..., trials)
-        level: (..., 1)
-    """
-    away = curves > NEAR * level
-    trials = curves.shape[-1]
-    last_away = trials - 1 - np.argmax(away[..., ::-1], axis=-1)
-    return np.where(away.any(axis=-1), last_away + 1.0, 0.0)
-
-
-def _final_over_optimum(periods: Periods) -> FloatArray:
-    final: FloatArray = (periods.steps[:, -FINAL_TRIALS:] / periods.optimum[:, np.newaxis]).mean(axis=1)
-    return final
-
-
-def _second_half(values: NDArray[Any]) -> FloatArray:
-    mean: FloatArray = values[:, values.shape[1] // 2 :].mean(axis=1)
-    return mean
-
-
-def _share(which: Any) -> FloatArray:
-    return np.asarray(which, np.float64)
-
+#: Recorded scalars that are not computed from the periods alone, or not by a measure.
+ONLY_SCALARS = ("total_steps_sem", "env_steps_per_second")
 
 MEASURES: Mapping[str, Measure] = {
-    "total_steps": PeriodMeasure(
-        "steps of all trials of a period, mean over periods", lambda periods: periods.total_steps
-    ),
+    "total_steps": PeriodMeasure("steps of all trials of a period", lambda periods: periods.total_steps),
     "total_steps_scaled": PeriodMeasure(
         "total steps · 10/d, steps of equal length on square grids of any size d",
         lambda periods: scaled_to_equal_steps(periods.total_steps, periods.side),
     ),
     "late_steps": PeriodMeasure(
-        "steps of a trial in the second half of the trials", lambda periods: _second_half(periods.steps)
+        "steps of a trial in the second half of the trials", lambda periods: second_half(periods.steps)
     ),
     "failed_trials": PeriodMeasure(
-        "share of trials that miss the final goal", lambda periods: 1 - _share(periods.success.mean(axis=1))
+        "share of trials that miss the final goal", lambda periods: 1 - share(periods.success.mean(axis=1))
     ),
     "failed_periods": PeriodMeasure(
         "share of periods with a trial that misses the final goal",
-        lambda periods: 1 - _share(periods.success.all(axis=1)),
+        lambda periods: 1 - share(periods.success.all(axis=1)),
     ),
-    "final_steps_over_optimum": PeriodMeasure(
-        f"steps / optimum in the last {FINAL_TRIALS} trials", _final_over_optimum
-    ),
+    "final_steps_over_optimum": PeriodMeasure(f"steps / optimum in the last {FINAL_TRIALS} trials", final_over_optimum),
     "final_failed": PeriodMeasure(
         f"share of the last {FINAL_TRIALS} trials that miss the final goal",
-        lambda periods: _share((~periods.success[:, -FINAL_TRIALS:]).mean(axis=1)),
+        lambda periods: share((~periods.success[:, -FINAL_TRIALS:]).mean(axis=1)),
     ),
     "not_near_optimum": PeriodMeasure(
         f"share of periods whose last {FINAL_TRIALS} trials need more than {NEAR} times the optimum",
-        lambda periods: _share(_final_over_optimum(periods) > NEAR),
+        lambda periods: share(final_over_optimum(periods) > NEAR),
     ),
     "outliers": PeriodMeasure(
         f"share of trials in the second half that need more than {OUTLIER} times the optimum",
-        lambda periods: _second_half(periods.over_optimum > OUTLIER),
+        lambda periods: second_half(periods.over_optimum > OUTLIER),
     ),
     "trials_to_final": CurveMeasure(
-        f"trials until the mean curve of steps / optimum stays within {NEAR} times its final level",
+        f"trials until the {{}} curve of steps / optimum stays within {NEAR} times its own final level: a curve that "
+        "ends worse is faster by it; trials_to and gap_closed count against the optimum",
         lambda curves: converged(curves, curves[..., -FINAL_TRIALS:].mean(axis=-1, keepdims=True)),
+        is_first_trial=True,
     ),
     "trials_to_optimum": CurveMeasure(
-        f"trials until the mean curve of steps / optimum stays within {NEAR}",
+        f"trials until the {{}} curve of steps / optimum stays within {NEAR}",
         lambda curves: converged(curves, np.ones_like(curves[..., :1])),
+        is_first_trial=True,
+    ),
+    "gap_left": CurveMeasure(
+        "share of the gap between the first trial and the optimum, on the {} curve of steps / optimum, that is left in "
+        f"the last {FINAL_TRIALS} trials",
+        gap_left,
     ),
     "roughness": CurveMeasure(
-        "mean absolute second difference of the logarithm of the mean curve of steps / optimum",
-        lambda curves: np.abs(np.diff(np.log(curves), n=2, axis=-1)).mean(axis=-1),
+        "mean absolute second difference of the logarithm of the {} curve of steps / optimum", roughness
     ),
 }
 #: Alternative names of measures.
@@ -223,10 +132,72 @@ CURVES_OF_PERIODS: Mapping[str, Callable[[Periods], NDArray[Any]]] = {
 }
 
 
-def measure(name: str) -> Measure:
-    """Return the measure of a name or alias.
+def measure(spec: Spec) -> Measure:
+    """Return a measure.
+
+    Args:
+        spec: its name, `total_steps`; with the parameter of a family, `steps_after=30` or `{steps_after: 30}`; module
+            and function of the user's own, `my_module.my_measure,parameter=3` or
+            `{_target_: my_module.my_measure, parameter: 3}`; each with a statistic if it should not be the mean,
+            `steps_after=30,statistic=median` or `{steps_after: 30, statistic: median}`.
 
     Raises:
-        KeyError: there is none.
+        ConfigError: there is no such measure, or a parameter or the statistic is not allowed.
     """
-    return MEASURES[ALIASES.get(name, name)]
+    return _of_spec(parsed(spec))
+
+
+def canonical(spec: Spec) -> str:
+    """Return the name of a measure in files and columns: its text form, with its parameter; two names are never one.
+
+    A function of the user's own is not imported.
+
+    Raises:
+        ConfigError: there is no such measure, or a parameter or the statistic is not allowed.
+    """
+    found = parsed(spec)
+    if not found.is_own:
+        _of_spec(found)
+        if found.name in FAMILIES:
+            found = replace(found, value=FAMILIES[found.name].value(found.name, found.value))
+    return found.text
+
+
+def values(names: Iterable[str], periods: Periods) -> dict[str, float]:
+    """Return measures of a point by their names.
+
+    Raises:
+        ConfigError: there is no such measure, or it cannot be computed.
+    """
+    count = len(periods.steps)
+    equal = np.full((1, count), 1 / count)
+    return {name: float(measure(name).samples(periods, equal)[0]) for name in names}
+
+
+def forms() -> dict[str, str]:
+    """Return the meaning of each measure by its name, that of a family with its usual parameter: `steps_after=30`."""
+    families = [canonical(name) for name in FAMILIES]
+    return {name: measure(name).meaning for name in (*MEASURES, *families)}
+
+
+def _of_spec(spec: MeasureSpec) -> Measure:
+    found = _plain(spec)
+    return found if spec.statistic == MEAN.name else found.with_statistic(spec.statistic)
+
+
+def _plain(spec: MeasureSpec) -> Measure:
+    """Return the measure of a specification, with the mean as its statistic."""
+    if spec.is_own:
+        if spec.value is not None:
+            raise ConfigError.at(spec.name, spec.value, "should name the parameter: my_module.my_measure,parameter=3")
+        return own_measure(spec.name, spec.parameters)
+    name = ALIASES.get(spec.name, spec.name)
+    if name not in MEASURES and name not in FAMILIES:
+        raise ConfigError.unknown("measure", spec.name, (*MEASURES, *FAMILIES))
+    if spec.parameters:
+        raise ConfigError.unknown("parameter", next(iter(spec.parameters)), ("statistic",), f"measure {spec.name}: ")
+    if name in FAMILIES:
+        return FAMILIES[name].make(FAMILIES[name].value(name, spec.value))
+    if spec.value is not None:
+        raise ConfigError.at(spec.name, spec.value, "takes no parameter")
+    return MEASURES[name]

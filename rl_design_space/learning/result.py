@@ -40,6 +40,7 @@ class LearningCurves:
         epsilon: (trials,) float64, the exploration schedule.
         seconds: wall time of learning; NaN if it is not known.
         known_point: see `point`; None where the components of the point cannot be built.
+        known_side: see `side`; None where the point tells it.
     """
 
     steps: NDArray[np.int32]
@@ -49,6 +50,7 @@ class LearningCurves:
     epsilon: FloatArray
     seconds: float = math.nan
     known_point: DesignPoint | None = None
+    known_side: float | None = None
 
     @property
     def point(self) -> DesignPoint:
@@ -91,6 +93,8 @@ class LearningCurves:
     @property
     def side(self) -> float:
         """Cells along each side of the grid; NaN if it is not square, or the point is not known."""
+        if self.known_side is not None:
+            return self.known_side
         return _side(self.known_point.world.shape) if self.known_point else math.nan
 
     @cached_property
@@ -194,9 +198,19 @@ class LearningCurves:
 
     @classmethod
     def of_arrays(
-        cls, arrays: Mapping[str, NDArray[Any]], point: DesignPoint | None = None, seconds: float = math.nan
+        cls,
+        arrays: Mapping[str, NDArray[Any]],
+        point: DesignPoint | None = None,
+        seconds: float = math.nan,
+        side: float | None = None,
     ) -> LearningCurves:
         """Return the result of these arrays, see `read_saved`.
+
+        Args:
+            arrays: by name.
+            point: that was learned, if it is known.
+            seconds: wall time of learning, if it is known.
+            side: cells along each side of the grid, if the point is not known.
 
         Raises:
             LookupError: the periods are not among them.
@@ -205,7 +219,21 @@ class LearningCurves:
             raise LookupError("this file holds the learning curves alone, not the periods")
         steps = arrays["steps"].astype(np.int32)
         success, optimum, rows, epsilon = (arrays[name] for name in ("success", "optimum", "rows", "epsilon"))
-        return cls(steps, success, optimum, rows, epsilon, seconds, point)
+        return cls(steps, success, optimum, rows, epsilon, seconds, point, side)
+
+    @classmethod
+    def found(cls, arrays: Mapping[str, NDArray[Any]], size: Any) -> LearningCurves | None:
+        """Return the result of a run that was found in a store; None if it kept its learning curves alone.
+
+        Args:
+            arrays: see `read_saved`.
+            size: of the world, as frames of runs have it: a number, perhaps as text, if the grid is square.
+        """
+        try:
+            side = float(size)
+        except (TypeError, ValueError):
+            side = math.nan
+        return cls.of_arrays(arrays, side=side) if "steps" in arrays else None
 
     @property
     def _standard_error(self) -> float:

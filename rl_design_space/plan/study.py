@@ -16,6 +16,7 @@ from rl_design_space.config import user_config
 from rl_design_space.config.build import build, plain
 from rl_design_space.config.explain import explained
 from rl_design_space.config.grammar import parse
+from rl_design_space.config.measure_name import with_own_measures
 from rl_design_space.config.overrides import is_setting, shared
 from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
@@ -75,7 +76,7 @@ class Study:
                 f"study {self.name}: its file describes no report; add one (docs/reports.md), or plot its "
                 f"runs, e.g. rl-design-report curves --by representation --study {self.name}"
             )
-        return build("study.report", node)
+        return build("study.report", with_own_measures(node))
 
 
 def load_study(

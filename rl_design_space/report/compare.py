@@ -13,16 +13,20 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.averaging import mean_of_runs
+from rl_design_space.analysis.averaging import estimate_difference, mean_of_runs, value_of_sides
 from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import Measure, measure
+from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report
+from rl_design_space.report.bounds import BOUNDS, notes, shown, shown_interval, without_exact
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import SEED, check_averaged, label, order
 from rl_design_space.report.points import Point, repetition
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import DARK_BLUE, beyond, interval, number, styled, tidy
+from rl_design_space.report.style import DARK_BLUE, beyond, styled, tidy
 from rl_design_space.tracking.run_frame import typed
 
 #: Name of the row of all pairs together.
@@ -42,13 +46,13 @@ class _Pair(NamedTuple):
     """Two sides that are equal in everything else, for one seed.
 
     Attributes:
-        before: (periods,) values of one side.
-        after: (periods,) values of the other side.
+        before: results of one side, equally many periods of each.
+        after: results of the other side.
         repetition: designs of both sides, and their seed.
     """
 
-    before: FloatArray
-    after: FloatArray
+    before: list[LearningCurves]
+    after: list[LearningCurves]
     repetition: Repetition
 
 
@@ -62,14 +66,14 @@ class Compare(Report):
     Attributes:
         a: values of parameters, as on the command line: `representation=ad_hoc`; several with spaces between.
         b: values of the same parameters on the other side.
-        value: scalar that is compared, see `LearningCurves.scalars`.
+        value: measure that is compared, see docs/reports.md.
         mean: whether runs of one side that differ in what is compared are averaged, period by period.
         title: heading of the report and its picture; made of the other fields if empty.
     """
 
     a: str
     b: str
-    value: str = "total_steps"
+    value: MeasureName = "total_steps"
     mean: bool = False
     title: str = ""
 
@@ -96,15 +100,15 @@ class Compare(Report):
         for rest in sorted(common, key=lambda rest: [order(dict(rest).get(name)) for name in others]):
             key = tuple(dict(rest).get(name) for name in others if name != SEED)
             pairs.setdefault(key, []).append(self._pair(runs, ours[rest], theirs[rest], dict(rest)))
-        names = [name for name in others if name != SEED]
+        names, measured = [name for name in others if name != SEED], measure(self.value)
         for key, seeds in pairs.items():
             if len({pair.repetition.design for pair in seeds}) > 1:
                 where = f" of {label(names, key)}" if names else ""
                 raise ConfigError(f"{SEED}: not all runs{where} that are averaged have the same seeds; use --where")
-        rows = [{"pair": label(names, key) or "the pair", **_row(seeds)} for key, seeds in pairs.items()]
+        rows = [{"pair": label(names, key) or "the pair", **_row(measured, seeds)} for key, seeds in pairs.items()]
         if len(pairs) > 1:
-            rows.append({"pair": _ALL, **_row([pair for seeds in pairs.values() for pair in seeds])})
-        return {MAIN: pd.DataFrame(rows)}
+            rows.append({"pair": _ALL, **_row(measured, [pair for seeds in pairs.values() for pair in seeds])})
+        return {MAIN: without_exact(pd.DataFrame(rows))}
 
     def _by_rest(self, runs: Runs, side: Mapping[str, Any], compared: set[str]) -> dict[_Rest, list[Point]]:
         """Return the runs of a side by everything in which those of a pair are equal.
@@ -123,42 +127,41 @@ class Compare(Report):
         return found
 
     def _pair(self, runs: Runs, ours: Sequence[Point], theirs: Sequence[Point], rest: Mapping[str, Any]) -> _Pair:
-        before, after = (self._values(runs, points) for points in (ours, theirs))
-        if len(before) != len(after):
+        before, after = (self._results(runs, points) for points in (ours, theirs))
+        numbers = [len(side[0].steps) for side in (before, after)]
+        if numbers[0] != numbers[1]:
             raise ConfigError(
-                f"task.periods: {len(before)} and {len(after)} periods cannot be paired; compare runs of one number"
+                f"task.periods: {numbers[0]} and {numbers[1]} periods cannot be paired; compare runs of one number"
             )
         designs = tuple(repetition(point).design for point in (*ours, *theirs))
         return _Pair(before, after, Repetition(designs, rest.get(SEED)))
 
-    def _values(self, runs: Runs, points: Sequence[Point]) -> FloatArray:
-        """Return the value of each period, the mean over points."""
-        values = [runs.values(point, self.value) for point in points]
-        known = [each for each in values if each is not None]
-        if len(known) < len(values):
+    def _results(self, runs: Runs, points: Sequence[Point]) -> list[LearningCurves]:
+        """Return the results of the points of one side, equally many periods of each."""
+        results = [result for point in points if (result := runs.kept(point))]
+        if len(results) < len(points):
             raise ConfigError(f"{self.value}: is not known period by period for {_described(points[0])}")
-        if len({len(each) for each in known}) > 1:
+        if len({len(each.steps) for each in results}) > 1:
             raise ConfigError(f"task.periods: {len(points)} runs of one side have different numbers of periods")
-        mean: FloatArray = known[0] if len(known) == 1 else np.mean(known, axis=0)
-        return mean
+        return results
 
     def draw(self, frames: Frames) -> Figure:
         return _draw(frames[MAIN], self.value, self.heading)
 
     def text(self, frames: Frames) -> list[str]:
         """Return one row for each pair."""
-        pairs = frames[MAIN]
-        shown = pd.DataFrame(
+        pairs, rows = frames[MAIN], frames[MAIN].to_dict("records")
+        texts = pd.DataFrame(
             {
                 "pair": pairs["pair"],
-                self.a: pairs["a"].map(number),
-                self.b: pairs["b"].map(number),
-                "difference": pairs["difference"].map(number),
-                "95 % interval": list(map(interval, pairs["low"], pairs["high"])),
+                self.a: [shown(pair, "a") for pair in rows],
+                self.b: [shown(pair, "b") for pair in rows],
+                "difference": [shown(pair, "difference") for pair in rows],
+                "95 % interval": list(map(shown_interval, rows)),
                 "periods": pairs["periods"],
             }
         )
-        return [table(shown), _PAIRED]
+        return [table(texts), _PAIRED, *notes(pairs)]
 
 
 @styled()
@@ -209,18 +212,46 @@ def _described(point: Point) -> str:
     return point.run.run_id if point.run else "a point without a run"
 
 
-def _row(pairs: Sequence[_Pair]) -> dict[str, Any]:
-    """Return the mean over pairs of their means over periods, with the interval of the difference."""
-    differences = [pair.after - pair.before for pair in pairs]
+def _row(measured: Measure, pairs: Sequence[_Pair]) -> dict[str, Any]:
+    """Return the mean over pairs of a measure on both sides, and of its difference with the interval."""
+    found = _by_period(measured, pairs)
+    return {**(found or _resampled(measured, pairs)), "periods": sum(len(pair.before[0].steps) for pair in pairs)}
+
+
+def _by_period(measured: Measure, pairs: Sequence[_Pair]) -> dict[str, Any]:
+    """Return a row of means over pairs of their means over periods; nothing if the measure is no mean over periods."""
+    before, after = (
+        [values for side in sides if (values := _values(measured, side)) is not None]
+        for sides in ([pair.before for pair in pairs], [pair.after for pair in pairs])
+    )
+    if len(before) < len(pairs):
+        return {}
+    differences = [other - one for one, other in zip(before, after, strict=True)]
     _, low, high = mean_of_runs(differences, [pair.repetition for pair in pairs])
-    return {
-        "a": _mean_over_designs(pairs, [pair.before for pair in pairs]),
-        "b": _mean_over_designs(pairs, [pair.after for pair in pairs]),
-        "difference": _mean_over_designs(pairs, differences),
-        "low": low,
-        "high": high,
-        "periods": sum(map(len, differences)),
-    }
+    means = {"a": before, "b": after, "difference": differences}
+    row: dict[str, Any] = {name: _mean_over_designs(pairs, values) for name, values in means.items()}
+    return {**row, "low": low, "high": high, BOUNDS: ""}
+
+
+def _values(measured: Measure, results: Sequence[LearningCurves]) -> FloatArray | None:
+    """Return the number of each period, the mean over results; None if the measure is no mean over periods."""
+    known = [values for result in results if (values := measured.each(result)) is not None]
+    if not known:
+        return None
+    mean: FloatArray = known[0] if len(known) == 1 else np.mean(known, axis=0)
+    return mean
+
+
+def _resampled(measured: Measure, pairs: Sequence[_Pair]) -> dict[str, Any]:
+    """Return a row of a measure of whole curves, or of a statistic other than the mean."""
+    repetitions = [pair.repetition for pair in pairs]
+    before, after = [pair.before for pair in pairs], [pair.after for pair in pairs]
+    a, b = (value_of_sides(measured, side, repetitions) for side in (before, after))
+    difference = estimate_difference(measured, before, after, repetitions)
+    named = {"a": a.bounds, "b": b.bounds, "difference": difference.bounds}
+    bounds = ", ".join(each.replace("value", name) for name, each in named.items() if each)
+    row = {"a": a.value, "b": b.value, "difference": difference.value}
+    return {**row, "low": difference.low, "high": difference.high, BOUNDS: bounds}
 
 
 def _mean_over_designs(pairs: Sequence[_Pair], values: Sequence[FloatArray]) -> float:

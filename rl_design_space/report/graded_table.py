@@ -3,74 +3,36 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import seaborn as sns
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 from rl_design_space.report.base import MAIN, Frames, Report
-from rl_design_space.report.cells import Line, hatch, write
+from rl_design_space.report.definitions import REGISTERED, Found, defined, definitions_text, registered
+from rl_design_space.report.graded_picture import draw_table
+from rl_design_space.report.grading import Grading, built
 from rl_design_space.report.markdown import table
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import FRAME, styled
 
-#: From much to nothing; a number that keeps no limit gets the last one.
-GRADES = ("++", "+", "0", "−")
-#: Much is dark; even in lightness, so that it can be read in grey.
-_COLOURS = ["#123a6b", "#5b86b8", "#b9cfe4", "#f2f2ee"]
+#: Name of the frame of other definitions; its rows are written into the one CSV file.
+DEFINITIONS = "definitions"
 _MISSING = "missing"
 
 
 class Measured(NamedTuple):
-    """A measured number, and its text in one or two lines."""
+    """A measured number, its text in one or two lines, and its 95 % interval if there is one."""
 
     number: float
     text: str
-
-
-@dataclass(frozen=True, kw_only=True, config=STRICT)
-class Grading:
-    """How a column is graded.
-
-    Attributes:
-        means: what the number is.
-        limits: for ++, + and 0; a number gets the first grade whose limit it keeps.
-        larger: whether a limit is kept by a number that is at least as large, rather than at most.
-        of_least: whether limits are in multiples of the column's least number.
-        of: the quantity that is graded; without it, columns are graded in the order of the report's quantities.
-    """
-
-    means: Annotated[str, Field(min_length=1)]
-    limits: Annotated[tuple[float, float, float], Field(strict=False)]
-    larger: bool = False
-    of_least: bool = False
-    of: str = ""
-
-    def grade(self, number: float, least: float = 1.0) -> str:
-        """Return the grade of a number in a column whose least number is `least`."""
-        measured = number / least if self.of_least and least else number
-        for grade, limit in zip(GRADES, self.limits, strict=False):
-            if (measured >= limit) if self.larger else (measured <= limit):
-                return grade
-        return GRADES[-1]
-
-    def rule(self) -> str:
-        """Return the limits in words."""
-        sign = "≥" if self.larger else "≤"
-        unit = " × the least" if self.of_least else ""
-        limits = ", ".join(f"{grade} {sign} {limit:g}{unit}" for grade, limit in zip(GRADES, self.limits, strict=False))
-        return f"{limits}, otherwise {GRADES[-1]}"
+    low: float = np.nan
+    high: float = np.nan
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -79,6 +41,7 @@ class GradedTable(Report):
 
     Attributes:
         gradings: of the columns that are measured, by name.
+        definitions: other definitions of a column, each a grading by its name; they stand beside those of the table.
         paper: published grades by row and column, if there are any; columns without a grading are not measured.
         labels: how names read; as they are if left out.
         source: what the published grades are called in picture and text.
@@ -86,6 +49,7 @@ class GradedTable(Report):
     """
 
     gradings: dict[str, dict[str, Any]]
+    definitions: dict[str, dict[str, dict[str, Any]]] = Field(default_factory=dict)
     paper: dict[str, dict[str, str]] = Field(default_factory=dict)
     labels: dict[str, str] = Field(default_factory=dict)
     source: str = "published"
@@ -100,6 +64,19 @@ class GradedTable(Report):
     def measured(self, runs: Runs) -> Mapping[str, Mapping[str, Measured]]:
         """Return what is known of each row, by quantity; nothing if its runs are missing."""
 
+    @abstractmethod
+    def found(self, runs: Runs) -> Mapping[str, Found]:
+        """Return the quantities of the other definitions by what they are measured under, row and quantity."""
+
+    def check_quantity(self, name: str, key: str) -> None:
+        """Refuse a quantity of another definition that is not measured.
+
+        Raises:
+            ConfigError: there is no such quantity.
+        """
+        if name not in self.quantities:
+            raise ConfigError.unknown("quantity", name, self.quantities, f"{key}.of=")
+
     def built_gradings(self) -> dict[str, Grading]:
         """Return the gradings by column, each with its quantity.
 
@@ -110,50 +87,98 @@ class GradedTable(Report):
         for place, (column, node) in enumerate(self.gradings.items()):
             key = f"study.report.gradings.{column}"
             named = {"of": self.quantities[place], **node} if place < len(self.quantities) else node
-            gradings[column] = construct(Grading, named, key)
+            gradings[column] = built(named, key)
             if gradings[column].of not in self.quantities:
                 raise ConfigError.unknown("quantity", gradings[column].of, self.quantities, f"{key}.of=")
         return gradings
 
+    def defined_quantities(self) -> set[str]:
+        """Return the quantities of the other definitions."""
+        gradings = self._every_grading().values()
+        return {grading.of for by_name in gradings for name, grading in by_name.items() if name != REGISTERED}
+
+    def _every_grading(self) -> dict[str, dict[str, Grading]]:
+        """Return the gradings by column and name of the definition, those of the table itself first.
+
+        Raises:
+            ConfigError: a definition has a value that is not allowed.
+        """
+        gradings = {column: {REGISTERED: grading} for column, grading in self.built_gradings().items()}
+        for column, by_name in self.definitions.items():
+            for name, node in by_name.items():
+                key = f"study.report.definitions.{column}.{name}"
+                grading = built(node, key)
+                self.check_quantity(grading.of, key)
+                gradings.setdefault(column, {})[name] = grading
+        return gradings
+
     def frames(self, runs: Runs) -> Frames:
-        """Return row, column, number, grade, paper and measured (text in one or two lines): one row for each cell."""
-        return {MAIN: self.graded(self.measured(runs))}
+        """Return the cells of the table, and those by other definitions.
+
+        The main frame has row, column, number, grade, paper, measured (text in one or two lines), low and high; the
+        other one is that of `report.definitions.defined`, the definitions of the table itself first.
+        """
+        every = self._every_grading()
+        main = self.graded(self.measured(runs))
+        others = registered(main, self.built_gradings())
+        if self.definitions:
+            rows = list(dict.fromkeys(main["row"]))
+            others = pd.concat([others, defined(every, self.found(runs), rows, self.paper)])
+        return {MAIN: main, DEFINITIONS: others}
 
     def graded(self, measured: Mapping[str, Mapping[str, Measured]]) -> pd.DataFrame:
         """Return the cells of the table, column by column, see `frames`."""
         gradings = self.built_gradings()
         cells = []
-        for column in _distinct([*(name for grades in self.paper.values() for name in grades), *gradings]):
+        columns = [*(name for grades in self.paper.values() for name in grades), *gradings]
+        for column in dict.fromkeys(columns):
             grading = gradings.get(column)
             found = {row: each[grading.of] for row, each in measured.items() if grading and each}
             least = min((each.number for each in found.values()), default=np.nan)
             for row in measured:
-                number, text = found.get(row, Measured(np.nan, _MISSING if grading else self.unmeasured))
+                number, text, low, high = found.get(row, Measured(np.nan, _MISSING if grading else self.unmeasured))
                 grade = grading.grade(number, least) if grading and row in found else ""
                 published = self.paper.get(row, {}).get(column, "")
-                cells.append((row, column, number, grade, published, text))
-        return pd.DataFrame(cells, columns=["row", "column", "number", "grade", "paper", "measured"])
+                cells.append((row, column, number, grade, published, text, low, high))
+        return pd.DataFrame(cells, columns=["row", "column", "number", "grade", "paper", "measured", "low", "high"])
 
     def csv(self, frames: Frames) -> Frames:
-        cells = frames[MAIN]
-        return {MAIN: cells.assign(measured=cells["measured"].map(_in_one_line))}
+        """Return one frame: the cells of the table, then those by other definitions."""
+        main, others = frames[MAIN], frames.get(DEFINITIONS, pd.DataFrame())
+        main = main.assign(definition=REGISTERED, under="", order="")
+        if not others.empty:
+            of_table = (others["definition"] == REGISTERED) & (others["under"] == "")
+            orders = others[of_table].drop_duplicates("column").set_index("column")["order"]
+            main = main.assign(order=main["column"].map(orders).fillna(""))
+            others = others[~of_table]
+        cells = pd.concat([main, others])
+        names = ["row", "column", "number", "grade", "paper", "measured", "definition", "under", "low", "high", "order"]
+        return {MAIN: cells.assign(measured=cells["measured"].map(_in_one_line))[names]}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.title, self.labels, self.source)
+        return draw_table(frames[MAIN], frames.get(DEFINITIONS), self.title, self.labels, self.source)
 
     def text(self, frames: Frames) -> list[str]:
-        """Return the cells, and the rules of their grades."""
+        """Return the cells, the rules of their grades, how they were measured, and the same by other definitions."""
         cells = frames[MAIN]
         texts = [_cell_text(cell, self.source) for cell in cells.to_dict("records")]
         shown = cells.assign(text=texts).pivot_table(
             index="row", columns="column", values="text", aggfunc="first", sort=False
         )
         shown = shown.rename(index=self.labels, columns=self.labels).rename_axis(index="", columns=None)
+        gradings = self.built_gradings()
         rules = [
             f"- **{self.labels.get(column, column)}**: {grading.means}. {grading.rule()}."
-            for column, grading in self.built_gradings().items()
+            for column, grading in gradings.items()
         ]
-        return [table(shown.reset_index()), "\n".join(rules)]
+        others: list[str] = []
+        if self.definitions and DEFINITIONS in frames:
+            others = definitions_text(frames[DEFINITIONS], self._every_grading(), self.labels, self.source)
+        return [table(shown.reset_index()), "\n".join(rules), *self.how(), *others]
+
+    def how(self) -> list[str]:
+        """Return paragraphs on how the cells were measured."""
+        return []
 
 
 def _cell_text(cell: Mapping[Any, Any], source: str) -> str:
@@ -164,52 +189,3 @@ def _cell_text(cell: Mapping[Any, Any], source: str) -> str:
 
 def _in_one_line(text: str) -> str:
     return " ".join(text.split())
-
-
-def _distinct(values: Iterable[str]) -> list[str]:
-    return list(dict.fromkeys(values))
-
-
-@styled()
-def _draw(cells: pd.DataFrame, title: str, labels: Mapping[str, str], source: str) -> Figure:
-    """Draw rows by columns, coloured by grade."""
-    rows, columns = _distinct(cells["row"]), _distinct(cells["column"])
-    shade = np.full((len(rows), len(columns)), np.nan)
-    for cell in cells[cells["grade"] != ""].to_dict("records"):
-        shade[rows.index(cell["row"]), columns.index(cell["column"])] = GRADES.index(cell["grade"])
-    figure, axis = plt.subplots(figsize=(1.4 + 2.5 * len(columns), 1.5 + 1.25 * len(rows)), layout="constrained")
-    sns.heatmap(
-        shade, ax=axis, cmap=_COLOURS, vmin=-0.5, vmax=len(GRADES) - 0.5, cbar=False, linewidths=2,
-        linecolor="white", xticklabels=[labels.get(c, c) for c in columns],
-        yticklabels=[labels.get(r, r) for r in rows],
-    )  # fmt: skip
-    for cell in cells.to_dict("records"):
-        _write_cell(axis, cell, columns.index(cell["column"]), rows.index(cell["row"]), source)
-    axis.tick_params(length=0, labelsize=10)
-    axis.xaxis.tick_top()
-    axis.set_yticklabels(axis.get_yticklabels(), rotation=0)
-    figure.suptitle(title, fontsize=12)
-    compared = bool((cells["paper"] != "").any())
-    framed = f' Framed in orange: the grade differs from the one after "{source}:".' if compared else ""
-    figure.supxlabel(
-        f"Large: measured grade, from the number below it with its 95 % interval.{framed}\n"
-        "Hatched: missing or not measured.",
-        fontsize=8,
-    )
-    return figure
-
-
-def _write_cell(axis: Axes, cell: dict[Any, Any], x: int, y: int, source: str) -> None:
-    grade, text = cell["grade"], cell["measured"]
-    published = f"{source}: {cell['paper']}" if cell["paper"] else ""
-    if not grade:
-        hatch(axis, x, y, f"{text}\n{published}".strip())
-        return
-    lines: list[Line] = [
-        (0.22, grade, {"fontsize": 15, "fontweight": "bold"}),
-        (0.56, text, {"fontsize": 8}),
-        (0.87, published, {"fontsize": 8, "style": "italic"}),
-    ]
-    write(axis, x, y, lines, "white" if grade in GRADES[:2] else "black")
-    if cell["paper"] and cell["paper"] != grade:
-        axis.add_patch(Rectangle((x + 0.03, y + 0.03), 0.94, 0.94, fill=False, edgecolor=FRAME, linewidth=2))

@@ -16,11 +16,13 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._markdown import escaped
 from rl_design_space._strict import STRICT
+from rl_design_space.config.measure_name import ValueName
 from rl_design_space.report.base import MAIN, Frames, Report
+from rl_design_space.report.bounds import notes, shown, shown_interval, without_exact
 from rl_design_space.report.cells import colour_bar, colour_cells, hatch, write
 from rl_design_space.report.parameters import check_averaged, label, text
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import DECADE, interval, number, styled
+from rl_design_space.report.style import DECADE, number, styled
 
 #: Parameters, on the command line separated by commas.
 Names = Annotated[
@@ -39,14 +41,14 @@ class Heatmap(Report):
     Attributes:
         rows: parameters whose values make the rows.
         cols: parameters whose values make the columns.
-        value: scalar that is shown, see `LearningCurves.scalars`.
+        value: scalar or measure that is shown, see docs/reports.md.
         mean: whether runs of one cell that differ in more than their seed are averaged.
         title: heading of the report and its picture; made of the other fields if empty.
     """
 
     rows: Names
     cols: Names
-    value: str = "total_steps"
+    value: ValueName = "total_steps"
     mean: bool = False
     title: str = ""
 
@@ -55,7 +57,7 @@ class Heatmap(Report):
         return self.title or f"{self.value} by {', '.join(self.rows)} and {', '.join(self.cols)}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Return row, column, value, low, high (95 % over periods), runs: one row for each cell."""
+        """Return row, column, value, low, high (95 % over periods), bounds, runs: one row for each cell."""
         rows, columns = runs.grouped(self.rows), runs.grouped(self.cols)
         cells = []
         for row in rows:
@@ -68,7 +70,7 @@ class Heatmap(Report):
                 names = dict(zip((*self.rows, *self.cols), (*row, *column), strict=True))
                 recorded = sum(point.run is not None for point in points)
                 cells.append({**names, **estimate._asdict(), "runs": recorded})
-        return {MAIN: pd.DataFrame(cells)}
+        return {MAIN: without_exact(pd.DataFrame(cells))}
 
     def draw(self, frames: Frames) -> Figure:
         return _draw(frames[MAIN], self.rows, self.cols, self.value, self.heading)
@@ -82,12 +84,10 @@ class Heatmap(Report):
         if len(known):
             ordered = known.sort_values("value").to_dict("records")
             for which, row in (("Least", ordered[0]), ("Most", ordered[-1])):
-                parts.append(
-                    f"{which}: {number(row['value'])} with {escaped(label(names, [row[name] for name in names]))}."
-                )
+                parts.append(f"{which}: {shown(row)} with {escaped(label(names, [row[name] for name in names]))}.")
         if missing := len(cells) - len(known):
             parts.append(f"Hatched: {missing} of {len(cells)} cells have no run.")
-        return [*parts, "Small: the 95 % bootstrap interval over periods."]
+        return [*parts, "Small: the 95 % bootstrap interval over periods.", *notes(cells)]
 
 
 @styled()
@@ -109,8 +109,8 @@ def _draw(frame: pd.DataFrame, rows: Sequence[str], cols: Sequence[str], value: 
         if np.isnan(cell["value"]):
             hatch(axis, x, y, "")
             continue
-        between = interval(cell["low"], cell["high"])
-        main = (0.36 if between else 0.5, number(cell["value"]), {"fontsize": 10, "fontweight": "bold"})
+        between = shown_interval(cell)
+        main = (0.36 if between else 0.5, shown(cell), {"fontsize": 10, "fontweight": "bold"})
         write(axis, x, y, [main, (0.72, between, {"fontsize": 6.5})], inks[y][x])
     axis.set_ylabel(", ".join(rows))
     axis.set_xlabel(", ".join(cols))

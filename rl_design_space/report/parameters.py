@@ -10,6 +10,8 @@ from rl_design_space.plan.differences import differing
 
 #: Runs that differ in this alone are repetitions of each other.
 SEED = "seed"
+#: Number of periods; runs that differ in this alone are samples of different size.
+PERIODS = "task.periods"
 
 
 def text(value: Any) -> str:

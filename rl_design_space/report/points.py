@@ -8,7 +8,7 @@ from typing import Any
 
 from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.plan.plan import PlannedPoint
-from rl_design_space.report.parameters import SEED, order
+from rl_design_space.report.parameters import PERIODS, SEED, order
 from rl_design_space.tracking.selection import Where, matches
 from rl_design_space.tracking.tracker import StoredRun
 
@@ -66,3 +66,17 @@ def repetition(point: Point) -> Repetition:
     """Return the design of a point, everything but its seed, and its seed."""
     design = tuple(sorted((name, value) for name, value in point.parameters.items() if name != SEED))
     return Repetition(design, point.parameters.get(SEED))
+
+
+def sample(point: Point) -> tuple[Hashable, int]:
+    """Return the design and seed of a point, everything but its number of periods, and that number."""
+    others = tuple(sorted((name, value) for name, value in point.parameters.items() if name != PERIODS))
+    return others, int(point.parameters[PERIODS])
+
+
+def largest(points: Iterable[Point]) -> list[Point]:
+    """Return points without those of which there is a larger sample: recorded, and equal in all but more periods."""
+    samples: dict[Hashable, list[Point]] = {}
+    for point in points:
+        samples.setdefault(sample(point)[0], []).append(point)
+    return [max(each, key=lambda point: (point.run is not None, sample(point)[1])) for each in samples.values()]

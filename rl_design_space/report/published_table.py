@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -19,14 +20,20 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.published import compare_with_published
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
+from rl_design_space.plan.study import load_study
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import Line, colour_bar, colour_cells, hatch, write
 from rl_design_space.report.markdown import table
-from rl_design_space.report.points import Point, by_design
+from rl_design_space.report.points import Point, by_design, largest
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import interval, styled
+
+if TYPE_CHECKING:
+    from rl_design_space.plan.study import Study
+    from rl_design_space.tracking.read import Reader
 
 Axis = Annotated[dict[str, str], Field(min_length=1, max_length=1)]
 _WHOLE = ",.0f"
@@ -43,6 +50,7 @@ class PublishedTable(Report):
         published: the published number by panel, row and column.
         source: what the published numbers are called in picture and text.
         heavy_tail: a cell is marked whose 1 % of periods with most steps need so many times the mean, or more.
+        larger_samples: study with more periods of some cells, which are shown where they are recorded; none if empty.
     """
 
     shows: str = "A heatmap for each panel: measured values with their intervals, and the published numbers"
@@ -54,11 +62,31 @@ class PublishedTable(Report):
     published: dict[Any, dict[Any, dict[Any, float]]]
     source: str = "published"
     heavy_tail: float = 3
+    larger_samples: str = ""
 
     @property
     def axes(self) -> dict[str, str]:
         """Parameter by CSV column, of panel, row and column in this order."""
         return {**self.panel, **self.row, **self.column}
+
+    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
+        runs = Runs.of_study(study, reader)
+        if self.larger_samples:
+            runs = runs.with_larger(self._larger(study, reader))
+        return self.write_runs(runs, folder / study.name)
+
+    def _larger(self, study: Study, reader: Reader) -> Runs:
+        """Return the points with more periods; none if they cannot be planned under the overrides of the study.
+
+        Raises:
+            ConfigError: there is no such study.
+        """
+        with shipped_config():
+            try:
+                return Runs.of_study(load_study(self.larger_samples, study.overrides), reader)
+            except ConfigError:
+                load_study(self.larger_samples, ())
+                return Runs([], reader)
 
     def frames(self, runs: Runs) -> Frames:
         """Return the cells, see `analysis.published`; `planned` tells those that are points of the runs.
@@ -76,6 +104,7 @@ class PublishedTable(Report):
                     keys = dict(zip(self.axes, key, strict=True))
                     measured = self._measured(runs, points[key]) if key in points else ()
                     cells.append({**keys, **compare_with_published(published, *measured), "planned": key in points})
+                    cells[-1]["periods"] = len(measured[0]) if measured else 0
         return {MAIN: pd.DataFrame(cells)}
 
     def csv(self, frames: Frames) -> Frames:
@@ -90,6 +119,10 @@ class PublishedTable(Report):
         parts = [table(self._shown(cells))]
         if cells["measured"].notna().any():
             parts.append(self._distance(cells.dropna(subset="measured")))
+        if (few := cells["periods"][cells["periods"] > 0]).nunique() > 1:
+            parts.append(
+                f"Periods: {few.min():,}; {few.max():,} in {(few == few.max()).sum()} cells, to bound heavy tails."
+            )
         if outside := int((~cells["planned"]).sum()):
             parts.append(f"Not asked for: {outside} of {len(cells)} cells.")
         return [
@@ -146,11 +179,13 @@ class PublishedTable(Report):
     def _points_by_cell(self, runs: Runs) -> dict[tuple[Any, ...], list[Point]]:
         """Return the points of each cell, one for each seed; periods of different designs are not averaged.
 
+        Of designs that differ in their number of periods alone, the largest that is recorded is the cell.
+
         Raises:
             ConfigError: several designs are one cell.
         """
         cells: dict[tuple[Any, ...], list[Point]] = {}
-        for seeds in by_design(runs.points):
+        for seeds in by_design(largest(runs.points)):
             first = cells.setdefault(seeds[0].key(self.axes.values()), seeds)
             if first is not seeds:
                 names = ", ".join(differing([first[0].parameters, seeds[0].parameters]))

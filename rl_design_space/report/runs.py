@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
-from rl_design_space.analysis.statistics import Estimate
+from rl_design_space.analysis.censoring import Bounded
+from rl_design_space.config.measure_name import measure_of
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import ALIASES, MEASURES, SCALARS, measure, scaled_to_equal_steps
+from rl_design_space.learning.measures import SCALARS
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, by_design, repetition
+from rl_design_space.report.points import Point, by_design, repetition, sample
 from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.selection import Where, comparable
 from rl_design_space.tracking.tracker import StoredRun
@@ -115,6 +118,19 @@ class Runs:
             if name not in known:
                 raise ConfigError.unknown("parameter of these runs", name, known)
 
+    def with_larger(self, larger: Runs) -> Runs:
+        """Return these runs and larger samples of their designs, see `points.largest`; other designs are left out."""
+        runs = copy(self)
+        known = {sample(point) for point in self.points}
+        designs = {design for design, _ in known}
+        more = [point for point in larger.points if sample(point)[0] in designs and sample(point) not in known]
+        runs.points = [*self.points, *more]
+        recorded = sum(point.run is not None for point in more)
+        if recorded:
+            runs.made_by = f"{self.made_by} Larger samples of {recorded} points: {larger.made_by}"
+        runs.remarks = [*self.remarks, *(larger.remarks if recorded < len(more) else [])]
+        return runs
+
     def under(self, reading: Where) -> Runs:
         """Return these runs without the points that have one of these parameters with another value.
 
@@ -186,8 +202,11 @@ class Runs:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
         if point not in self._results:
             arrays = self._reader.periods(point.run) if point.run else {}
-            design = point.of_plan.point if point.of_plan else None
-            self._results[point] = LearningCurves.of_arrays(arrays, design) if "steps" in arrays else None
+            self._results[point] = (
+                LearningCurves.of_arrays(arrays, point.of_plan.point)
+                if point.of_plan and "steps" in arrays
+                else LearningCurves.found(arrays, point.parameters.get("world.size"))
+            )
         return self._results[point]
 
     def result(self, point: Point) -> LearningCurves | None:
@@ -231,39 +250,34 @@ class Runs:
         return curve
 
     def values(self, point: Point, name: str) -> FloatArray | None:
-        """Return what each period contributes to a scalar, (periods,); None if that is not known.
+        """Return what each period contributes to a scalar or measure, (periods,); None if that is not known.
 
         Raises:
-            ConfigError: there is no such scalar.
+            ConfigError: there is no such scalar or measure.
         """
-        known = dict.fromkeys((*SCALARS, *MEASURES, *ALIASES))
-        if name not in known:
-            raise ConfigError.unknown("scalar or measure", name, known)
+        measured = measure_of(name)
         result = self.kept(point)
-        if result is None or name not in (*MEASURES, *ALIASES):
+        if result is None or measured is None:
             return None
-        if name == "total_steps_scaled":  # the parameters of a run that was found in the store are all that is known
-            side = point.parameters["world.size"]
-            return scaled_to_equal_steps(result.total_steps, side) if isinstance(side, int | float) else None
-        return measure(name).each(result)
+        values = measured.each(result)
+        return None if values is None or np.isnan(values).any() else values
 
-    def estimate(self, points: Sequence[Point], name: str) -> Estimate:
-        """Return the mean of a scalar over designs, with its interval where the periods are known.
+    def estimate(self, points: Sequence[Point], name: str) -> Bounded:
+        """Return the mean of a scalar or measure over designs, with its interval where the periods are known.
 
         Raises:
-            ConfigError: there is no such scalar.
+            ConfigError: there is no such scalar or measure.
         """
         recorded = [point for point in points if point.run]
         repetitions = [repetition(point) for point in recorded]
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):
-            return mean_of_runs(known, repetitions)
-        results = [result for point in recorded if (result := self.kept(point))]
-        if results and len(results) == len(recorded) and name in MEASURES:
-            return estimate(MEASURES[name], results, repetitions)
+            return Bounded(*mean_of_runs(known, repetitions))
+        measured, results = measure_of(name), [result for point in recorded if (result := self.kept(point))]
+        if measured and results and len(results) == len(recorded) and measured.each(results[0]) is None:
+            return estimate(measured, results, repetitions)
         numbers = [self._scalar(seeds, name) for seeds in by_design(recorded)]
-        mean = sum(numbers) / len(numbers) if numbers else float("nan")
-        return Estimate(mean, float("nan"), float("nan"))
+        return Bounded(sum(numbers) / len(numbers) if numbers else math.nan, math.nan, math.nan)
 
     def _scalar(self, seeds: Sequence[Point], name: str) -> float:
         """Return a scalar of the seeds of one design: that of all their periods if they are known, else the mean."""

@@ -12,10 +12,13 @@ from matplotlib.figure import Figure
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.analysis.censoring import NO_RATIO
+from rl_design_space.config.measure_name import ValueName
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
 from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
+from rl_design_space.report.bounds import BOUNDS, NOTE, is_bound, shown, shown_interval, without_exact
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import SEED, label, text
 from rl_design_space.report.runs import Runs
@@ -33,12 +36,12 @@ class Sensitivity(Report):
 
     Attributes:
         parameter: along the axis.
-        value: scalar that is shown, see `LearningCurves.scalars`.
+        value: scalar or measure that is shown, see docs/reports.md.
         title: heading of the report and its picture; made of the other fields if empty.
     """
 
     parameter: str
-    value: str = "total_steps"
+    value: ValueName = "total_steps"
     title: str = ""
 
     @property
@@ -46,7 +49,7 @@ class Sensitivity(Report):
         return self.title or f"{self.value} against {self.parameter}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Return line, parameter, value, low, high (95 % over periods), runs: one row for each value of a line."""
+        """Return line, parameter, value, low, high (95 % over periods), bounds, runs: a row a value of a line."""
         points = [point for point in runs.recorded if point.parameters.get(self.parameter) is not None]
         runs.check([self.parameter])
         others = differing([point.parameters for point in points], beside=(self.parameter,))
@@ -60,7 +63,7 @@ class Sensitivity(Report):
                 rows.append({"line": name, self.parameter: value, **estimate._asdict(), "runs": len(here)})
         if not rows:
             raise ConfigError(f"{self.parameter}: no two of these runs differ in it and are equal in everything else")
-        return {MAIN: pd.DataFrame(rows)}
+        return {MAIN: without_exact(pd.DataFrame(rows))}
 
     def draw(self, frames: Frames) -> Figure:
         return _draw(frames[MAIN], self.parameter, self.value, self.heading)
@@ -71,16 +74,15 @@ class Sensitivity(Report):
         for name, line in frames[MAIN].groupby("line", sort=False):
             ordered = line.sort_values("value").to_dict("records")
             least, most = ordered[0], ordered[-1]
-            ends = [
-                (text(end[self.parameter]), f"{style.number(end['value'])} ({style.interval(end['low'], end['high'])})")
-                for end in (least, most)
-            ]
-            ratio = style.number(most["value"] / least["value"]) if least["value"] > 0 else "–"
+            ends = [(text(end[self.parameter]), f"{shown(end)} ({shown_interval(end)})") for end in (least, most)]
+            is_known = least["value"] > 0 and not is_bound(least) and not is_bound(most)
+            ratio = style.number(most["value"] / least["value"]) if is_known else "–"
             rows.append((name, *ends[0], *ends[1], ratio))
         header = ["line", f"least {self.value} at", "least", "most at", "most", "most / least"]
         return [
             table(pd.DataFrame(rows, columns=header)),
             "In brackets: 95 % bootstrap intervals over periods.",
+            *([f"{NOTE} {NO_RATIO.capitalize()}."] if BOUNDS in frames[MAIN] else []),
         ]
 
 

@@ -18,21 +18,15 @@ from rl_design_space.config.build import build_component, construct
 from rl_design_space.config.compose import CONFIG_NAME, shipped_config
 from rl_design_space.config.explain import explain
 from rl_design_space.config.grammar import parse
+from rl_design_space.config.measure_name import ValueName
 from rl_design_space.config.overrides import SETTINGS, is_setting
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.cores import available_threads
-from rl_design_space.learning.measures import SCALARS
 from rl_design_space.plan.grid import MAX_POINTS
 from rl_design_space.tracking import MlflowTracking, Tracking
 
 #: More threads than any machine has cores; the operating system refuses to start many more.
 _MOST_THREADS = 1024
-
-
-def _known_scalar(name: str) -> str:
-    if name not in SCALARS:
-        raise ValueError(f"should be among {', '.join(SCALARS)}")
-    return name
 
 
 def _shard(text: Any) -> Any:
@@ -56,7 +50,7 @@ class Settings:
         shard: which part of a sweep to run, as (number, number of parts); the whole sweep if None.
         max_points: maximum number of combinations that a sweep plans.
         on_error: whether a sweep continues or stops when a point fails.
-        objective: the scalar that a run returns, for sweepers that optimize.
+        objective: the scalar or measure that a run returns, for sweepers that optimize.
         tracking: where results are recorded.
     """
 
@@ -65,7 +59,7 @@ class Settings:
     plan: bool
     shard: Annotated[tuple[int, int] | None, BeforeValidator(_shard)]
     on_error: Literal["continue", "stop"]
-    objective: Annotated[str, AfterValidator(_known_scalar)]
+    objective: ValueName
     tracking: Tracking
     max_points: Annotated[int, Field(ge=1)] = MAX_POINTS
 

@@ -19,11 +19,16 @@ class PointRun:
 
     Attributes:
         stored: the run.
-        is_new: whether the point was learned now; False if it had been recorded before.
+        result: what was learned now; None if the point had been recorded before.
     """
 
     stored: StoredRun
-    is_new: bool
+    result: LearningCurves | None
+
+    @property
+    def is_new(self) -> bool:
+        """Whether the point was learned now."""
+        return self.result is not None
 
 
 def run_point(
@@ -60,8 +65,9 @@ def run_point(
     try:
         if stored:
             tracker.add_studies({fingerprint: stored}, {fingerprint: planned.studies})
-            return PointRun(stored, is_new=False)
-        return PointRun(tracker.record(planned, _learned(planned, threads)), is_new=True)
+            return PointRun(stored, None)
+        result = _learned(planned, threads)
+        return PointRun(tracker.record(planned, result), result)
     finally:
         tracker.unlock(fingerprint)
 

@@ -10,6 +10,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._paths import expanded
 from rl_design_space._strict import STRICT
+from rl_design_space.config.measure_name import ValueName
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
 from rl_design_space.learning.result import Kept
@@ -65,6 +66,7 @@ class MlflowTracking:
         curves: names of learning curves to record in addition to those that always are.
         every: number of trials from one recorded value of a curve to the next.
         artifact: what the artifact of a run holds: every trial of all periods and all curves, or the curves alone.
+        leaderboard: measures in the note and the leaderboard of a sweep; points are ranked by the first.
     """
 
     uri: Annotated[str, AfterValidator(checked_uri)]
@@ -75,6 +77,7 @@ class MlflowTracking:
     curves: Annotated[tuple[Annotated[str, AfterValidator(_known_curve)], ...], Strict(False)] = ()
     every: Annotated[int, Field(ge=1)] = 1
     artifact: Kept = "periods"
+    leaderboard: Annotated[tuple[ValueName, ...], Strict(False), Field(min_length=1)] = ("total_steps",)
 
     @property
     def address(self) -> StoreAddress:
@@ -97,6 +100,7 @@ class MlflowTracking:
             curves=self.curves,
             every=self.every,
             keep=self.artifact,
+            leaderboard=self.leaderboard,
             delivery=delivery,
         )
 

@@ -3,6 +3,7 @@
 import rl_design_space as rds
 
 runs = rds.load_runs(study="table4")                        # a row a run: choices and scalars
+late = rds.load_runs(study="table4", measures=["steps_after=30"])["steps_after=30"]
 runs.groupby("representation")["total_steps"].mean()
 curves = rds.load_curves(runs, ["steps/mean"])              # a row a run and trial
 steps = rds.load_periods(runs, runs.index[0])["steps"]      # (periods, trials)
@@ -11,7 +12,7 @@ steps = rds.load_periods(runs, runs.index[0])["steps"]      # (periods, trials)
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import canonical
 from rl_design_space.tracking.backends import MlflowTracking
 from rl_design_space.tracking.read import RunReader
 from rl_design_space.tracking.tracker import StoredRun
@@ -36,6 +38,7 @@ def load_runs(
     *,
     where: Mapping[str, Any] = MappingProxyType({}),
     outdated: bool = False,
+    measures: Sequence[str | Mapping[str, Any]] = (),
     outputs: str = "outputs",
     uri: str | None = None,
     experiment: str = "design points",
@@ -51,6 +54,9 @@ def load_runs(
             `{"exploration": "linear", "world.size": [10, 20]}`; a list means any of them.
         outdated: whether runs of earlier code of your components are returned, too; they are if `filter` or `where`
             names it, as `representation.source`.
+        measures: computed from the periods of each run, as columns under their names in text, such as `steps_after=30`:
+            see docs/reports.md. A trial that is never reached is the number of trials: a lower bound. NaN of runs that
+            kept their learning curves alone.
         outputs: folder that commands wrote into.
         uri: of the store, if it is not the database in that folder.
         experiment: name of the experiment that holds the runs.
@@ -60,13 +66,17 @@ def load_runs(
         name on the command line, numbers as numbers; and the scalars, see `LearningCurves.scalars`.
 
     Raises:
-        ConfigError: there is no such store, experiment, study or parameter, or the filter is not valid.
+        ConfigError: there is no such store, experiment, study, parameter or measure, or the filter is not valid.
     """
+    names = [canonical(spec) for spec in measures]
     address = {"uri": uri or f"sqlite:///{outputs}/mlflow.db", "experiment": experiment}
     options = construct(MlflowTracking, address, "tracking")
-    frame, left_out = options.reader().select(study, filter, where, outdated=outdated)
+    reader = options.reader()
+    frame, left_out = reader.select(study, filter, where, outdated=outdated)
     if left_out:
         warnings.warn(f"{left_out}; outdated=True includes them", stacklevel=2)
+    if new := [name for name in names if name not in frame]:
+        frame[new] = reader.measured(frame, new)
     frame.attrs[_STORE] = {"uri": options.uri, "experiment": experiment}
     return frame
 

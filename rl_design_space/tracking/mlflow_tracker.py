@@ -12,6 +12,7 @@ from uuid import uuid4
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import record, summary
 from rl_design_space.tracking.background import BackgroundDelivery, background_delivery
+from rl_design_space.tracking.leaderboard import Leaderboard
 from rl_design_space.tracking.locks import locks_at, locks_path
 from rl_design_space.tracking.origin import origin_tags
 from rl_design_space.tracking.queries import queries_of
@@ -43,6 +44,7 @@ class MlflowTracker:
         curves: names of the curves to record in addition to `measures.CURVES`.
         every: number of trials from one recorded value of a curve to the next.
         keep: what the artifact of a run holds.
+        leaderboard: names of the measures that the points of a sweep are ranked by, the first above all.
         delivery: delivers the spool; a tracker process by default.
         retry_pause: seconds between two attempts to write a record to a full disk.
 
@@ -61,6 +63,7 @@ class MlflowTracker:
         curves: Sequence[str] = (),
         every: int = 1,
         keep: Kept = "periods",
+        leaderboard: Sequence[str] = ("total_steps",),
         delivery: BackgroundDelivery | None = None,
         retry_pause: float = 1.0,
     ) -> None:
@@ -70,6 +73,7 @@ class MlflowTracker:
         self._retry_pause = retry_pause
         self._recorded: dict[str, Any] = {"curves": curves, "every": every, "keep": keep}
         self._queries = queries_of(address)
+        self._leaderboard = Leaderboard(leaderboard, address)
         self._spool = Spool.of(spools, address)
         self._delivery = delivery or background_delivery(self._spool.folder)
         self._locks = locks_at(locks_path(address.uri))
@@ -128,6 +132,7 @@ class MlflowTracker:
         written = record.point_record(planned, curves, self._origin, checked=self._store_answers, **self._recorded)
         self._write(written)
         self._written.add(planned.fingerprint)
+        self._leaderboard.add(planned.fingerprint, curves)
         self._delivery.watch(written.name, lambda: self._locks.release(planned.fingerprint))
         return StoredRun("", frozenset(planned.studies), written.content["scalars"])
 
@@ -247,6 +252,7 @@ class _Sweep:
         self._command = command
         self._key = uuid4().hex
         tracker._locks.acquire(self._key)
+        self._ranking = tracker._leaderboard
         note = summary.opening_note(plan, command, tracker._origin)
         self._content: dict[str, Any] = {
             "name": plan.name,
@@ -261,14 +267,16 @@ class _Sweep:
         """End the run."""
         if ending.status != "KILLED":  # a sweep that is stopped does not wait for the store
             ending = replace(ending, stored={**ending.stored, **self._delivered(ending.stored)})
+        names, is_stopped = self._ranking.names, ending.status == "KILLED"
+        ending = replace(ending, stored=self._ranking.measured(ending.stored, may_read=not is_stopped))
         content = {
             **self._content,
             "ended": int(time.time() * 1000),
             "status": ending.status,
-            "note": summary.closing_note(self._plan, self._command, self._tracker._origin, ending),
+            "note": summary.closing_note(self._plan, self._command, self._tracker._origin, ending, names),
             "metrics": [(f"points/{name}", float(count), 0) for name, count in ending.counts.items()],
         }
-        self._tracker._submit(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending)))
+        self._tracker._submit(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending, names)))
         self._tracker._locks.release(self._key)
 
     def _delivered(self, stored: Mapping[str, StoredRun]) -> dict[str, StoredRun]:

@@ -13,6 +13,8 @@ from urllib.parse import quote, unquote, urlencode, urlsplit
 from numpy.typing import NDArray
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import values
+from rl_design_space.learning.result import LearningCurves
 from rl_design_space.tracking import selection
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.artifacts import is_local, write_artifacts
@@ -160,6 +162,27 @@ class RunReader:
             parts.append(part.rename_axis("trial").reset_index().assign(run_id=str(run_id)))
         table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["trial", *names, "run_id"])
         return table[["run_id", "trial", *names]]
+
+    def measured(self, runs: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
+        """Return measures of runs, a column for each name; NaN of runs that kept their learning curves alone.
+
+        Args:
+            runs: a frame of runs.
+            names: names of measures.
+
+        Raises:
+            ConfigError: there is no such measure, or it cannot be computed.
+            DamagedFileError: the periods of a run cannot be read.
+        """
+        import pandas as pd
+
+        sides = runs["world.size"] if "world.size" in runs else pd.Series(index=runs.index, dtype=float)
+        rows = []
+        for run_id, place, side in zip(runs.index, runs["artifacts"], sides, strict=True):
+            arrays = self.periods(StoredRun(str(run_id), artifacts=str(place)))
+            result = LearningCurves.found(arrays, side)
+            rows.append(values(names, result) if result else dict.fromkeys(names, float("nan")))
+        return pd.DataFrame(rows, index=runs.index, columns=list(names), dtype="float64")
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
         """Return the arrays of a run's artifact.

@@ -9,7 +9,7 @@ from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space._markdown import code, escaped
-from rl_design_space.learning.measures import SCALARS
+from rl_design_space.learning.measures import ONLY_SCALARS, SCALARS, measure
 from rl_design_space.plan.differences import differing, grid
 from rl_design_space.tracking import values
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from rl_design_space.plan.plan import Plan
     from rl_design_space.tracking.tracker import SweepEnding
 
-#: Scalar that points are ranked by, the smallest first.
-_RANKED_BY = "total_steps"
+#: What points are ranked by unless the settings say otherwise.
+_USUAL = ("total_steps",)
 #: Number of best points in the note, and scalars shown of each.
 _BEST = 10
 _SHOWN = ("total_steps", "total_steps_sem", "failed_trials", "final_steps_over_optimum")
@@ -30,15 +30,18 @@ def opening_note(plan: Plan, command: str, origin: Mapping[str, str]) -> str:
     return _note(plan, command, origin, "running")
 
 
-def closing_note(plan: Plan, command: str, origin: Mapping[str, str], ending: SweepEnding) -> str:
-    """Return the note of a sweep that has ended: its verdict, failures and best points."""
+def closing_note(
+    plan: Plan, command: str, origin: Mapping[str, str], ending: SweepEnding, names: Sequence[str] = _USUAL
+) -> str:
+    """Return the note of a sweep that has ended: its verdict, failures and best points by the first of these names."""
     parts = [_note(plan, command, origin, f"{ending.status}: {ending.verdict}")]
     if ending.failures:
         lines = [f"- {code(again)}: {escaped(error)}" for again, error in list(ending.failures.items())[:_BEST]]
         parts.append("\n".join([f"**{len(ending.failures)} failed** (all in `{FAILURES_FILE}`):", "", *lines]))
-    if best := _ranked(plan, ending)[:_BEST]:
-        columns = ["rank", *plan.axes, *(name for name in _SHOWN if any(name in row for row in best))]
-        parts.append(f"**Fewest {_RANKED_BY}** (all in `{BEST_FILE}`):\n\n{_markdown(columns, best)}")
+    if best := _ranked(plan, ending, names)[:_BEST]:
+        shown = (name for name in dict.fromkeys((*names, *_SHOWN)) if any(name in row for row in best))
+        heading = f"Fewest {names[0]}" if tuple(names) == _USUAL else f"Best by {escaped(names[0])}"
+        parts.append(f"**{heading}** (all in `{BEST_FILE}`):\n\n{_markdown(['rank', *plan.axes, *shown], best)}")
     return "\n\n".join(parts)
 
 
@@ -49,11 +52,12 @@ def opening_tables(plan: Plan) -> dict[str, bytes]:
     return {PLAN_FILE: _csv(["fingerprint", *columns], rows)}
 
 
-def closing_tables(plan: Plan, ending: SweepEnding) -> dict[str, bytes]:
+def closing_tables(plan: Plan, ending: SweepEnding, names: Sequence[str] = _USUAL) -> dict[str, bytes]:
     """Return CSV files: the recorded points, the best first, and the failures if there were any."""
     tables = {}
-    if ranked := _ranked(plan, ending):
-        tables[BEST_FILE] = _csv(["rank", *plan.axes, *SCALARS, "run_id", "fingerprint"], ranked)
+    if ranked := _ranked(plan, ending, names):
+        scalars = dict.fromkeys((*names, *SCALARS)) if tuple(names) != _USUAL else SCALARS
+        tables[BEST_FILE] = _csv(["rank", *plan.axes, *scalars, "run_id", "fingerprint"], ranked)
     if ending.failures:
         rows = [{"command": again, "error": error} for again, error in ending.failures.items()]
         tables[FAILURES_FILE] = _csv(["command", "error"], rows)
@@ -85,16 +89,22 @@ def _shape(plan: Plan) -> str:
     return f" (not all combinations of {', '.join(f'{n} {name}' for name, n in counts.items())})" if counts else ""
 
 
-def _ranked(plan: Plan, ending: SweepEnding) -> list[dict[str, Any]]:
+def _ranked(plan: Plan, ending: SweepEnding, names: Sequence[str]) -> list[dict[str, Any]]:
+    """Return a row for each point of which the first of the names is known, the best first."""
     rows, axes = [], plan.axes
+    never = {name for name in names if name not in ONLY_SCALARS and measure(name).is_first_trial}
     for planned in plan:
         run = ending.stored.get(planned.fingerprint)
-        if run and _RANKED_BY in run.scalars:
+        if run and names[0] in run.scalars:
             ids = {"run_id": run.run_id, "fingerprint": planned.fingerprint}
             chosen = {name: value for name, value in planned.parameters.items() if name in axes}
-            rows.append({**chosen, **run.scalars, **ids})
-    rows.sort(key=lambda row: row[_RANKED_BY])
-    return [{"rank": rank, **row} for rank, row in enumerate(rows, 1)]
+            # A number that stands for "never" is a lower bound.
+            trials = planned.point.task.trials
+            bounds = {name: f"≥ {trials}" for name in never if run.scalars.get(name, 0) >= trials}
+            rows.append((run.scalars[names[0]], {**chosen, **run.scalars, **bounds, **ids}))
+    descending = names[0] not in ONLY_SCALARS and measure(names[0]).largest_is_best
+    rows.sort(key=lambda row: row[0], reverse=descending)
+    return [{"rank": rank, **row} for rank, (_, row) in enumerate(rows, 1)]
 
 
 def _markdown(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:

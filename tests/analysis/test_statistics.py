@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 from rl_design_space.analysis import statistics
 from rl_design_space.analysis.statistics import mean_estimate, share_estimate, top_percent_weight
+from tests.analysis.heavy_tails import periods
 
 SKEWED = np.random.default_rng(1).lognormal(size=40)
 
@@ -122,3 +124,41 @@ def test_weight_of_the_largest_percent(values: list[float], weight: float):
 def test_a_share_has_the_published_wilson_interval(true: int, of: int, low: float, high: float):
     found = share_estimate(np.arange(of) < true)
     assert found == pytest.approx((true / of, low, high), abs=1e-4)
+
+
+def coverage(interval: Callable[[np.ndarray], tuple[float, float]], cell: str, size: int, samples: int) -> float:
+    """Return how often an interval of the mean holds that of all periods of a cell."""
+    every, rng = periods(cell), np.random.default_rng(size)
+    drawn = (every[rng.integers(len(every), size=size)] for _ in range(samples))
+    return float(np.mean([low <= every.mean() <= high for low, high in map(interval, drawn)]))
+
+
+def ends(values: np.ndarray) -> tuple[float, float]:
+    return mean_estimate(values)[1:]
+
+
+@pytest.mark.parametrize(("cell", "size"), [("remaining_10_2", 20_000), ("remaining_10_3", 20_000), ("all_10_2", 5000)])
+def test_intervals_of_heavy_tails_hold_the_true_mean_where_there_are_enough_periods(cell: str, size: int):
+    assert coverage(ends, cell, size, 250) >= 0.93
+
+
+def test_500_periods_of_a_heavy_tail_are_not_enough(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(statistics, "RESAMPLES", 300)
+    assert coverage(ends, "remaining_10_2", 500, 150) < 0.88
+    assert top_percent_weight(periods("remaining_10_2")) > 3
+
+
+def test_the_interval_without_resampling_is_close_to_the_resampled_one(monkeypatch: pytest.MonkeyPatch):
+    values = np.random.default_rng(7).lognormal(size=2500)
+    analytic = mean_estimate(values)
+    monkeypatch.setattr(statistics, "_MANY", len(values))
+    resampled = mean_estimate(values)
+    assert analytic == pytest.approx(resampled, abs=0.05 * (resampled.high - resampled.low))
+    symmetric = mean_estimate(np.tile([-1.0, 1.0], 1250))
+    assert symmetric[1:] == pytest.approx((-1.96 / 50, 1.96 / 50), rel=0.03)
+
+
+@pytest.mark.parametrize("true", [0, 500])
+def test_a_share_of_nothing_or_all_has_an_interval_with_a_width(true: int):
+    found = share_estimate(np.arange(500) < true)
+    assert found.high - found.low == pytest.approx(0.0076, abs=1e-4)

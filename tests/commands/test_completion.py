@@ -30,6 +30,7 @@ from rl_design_space.commands.completion import answer, suggestions
         ("rl-design-report he", {"heatmap"}),
         ("rl-design-report table", {"table1", "table2", "table3", "table4"}),
         ("rl-design-report heatmap --r", {"--rows"}),
+        ("rl-design-report heatmap --value st", {"steps_after=30"}),
         ("rl-design-report table4 tracking.exp", {"tracking.experiment="}),
     ],
 )

@@ -167,7 +167,7 @@ def test_an_unknown_objective_is_refused(done: Callable[[str], Done]):
     assert "Traceback" not in refused.stderr
     # Other lines are from the sweeper, which has started by then.
     (line,) = [line for line in refused.stderr.splitlines() if line.startswith("error: ")]
-    assert line.startswith("error: objective=final_step: should be among total_steps, ")
+    assert line.startswith("error: objective: final_step: no such measure; did you mean final_steps_over_optimum?")
     assert refused.stderr.endswith(f"{line}\n")
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rl_design_space.analysis.statistics import resample_weights
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import ALIASES, MEASURES, CurveMeasure, measure
 from tests.analysis.made_up import TRIALS, MadeUp
 
@@ -64,7 +65,7 @@ def test_a_smooth_curve_is_less_rough():
 
 def test_an_alias_names_the_same_measure():
     assert {alias: measure(alias) for alias in ALIASES} == {alias: MEASURES[name] for alias, name in ALIASES.items()}
-    with pytest.raises(KeyError):
+    with pytest.raises(ConfigError, match="did you mean total_steps"):
         measure("totl_steps")
 
 

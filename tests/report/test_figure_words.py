@@ -16,10 +16,12 @@ import pytest
 from PIL import Image
 
 import rl_design_space as rds
+from rl_design_space.analysis.statistics import percentile_interval, resample_weights
 from rl_design_space.commands import figure_words as command
+from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
-from rl_design_space.learning.measures import MEASURES
+from rl_design_space.learning.measures import MEASURES, measure
 from rl_design_space.plan.planner import plan_point
 from rl_design_space.report import Compare, Curves, Heatmap, Sensitivity
 from rl_design_space.report.base import MAIN
@@ -66,15 +68,64 @@ def test_a_heatmap_holds_what_simulations_give(runs: Runs):
             assert cell["runs"] == 0
 
 
-@pytest.mark.parametrize("name", MEASURES)
+NAMED = ("steps_after=2", "near_share=3,statistic=cvar=5", "total_steps_scaled,statistic=median", "gap_closed=0.01")
+
+
+@pytest.mark.parametrize("name", [*MEASURES, *NAMED])
 def test_every_measure_can_be_the_value_of_a_cell(runs: Runs, name: str):
     frame = Heatmap(rows="representation", cols="exploration.k", value=name).frames(runs)[MAIN]
     equal = np.full((1, 6), 1 / 6)
     for cell in frame.dropna(subset="value").to_dict("records"):
         curves = LEARNED[f"representation={cell['representation']}", f"exploration.k={cell['exploration.k']}"]
-        assert cell["value"] == pytest.approx(MEASURES[name].samples(curves, equal)[0])
+        assert cell["value"] == pytest.approx(measure(name).samples(curves, equal)[0])
         assert cell["low"] <= cell["value"] <= cell["high"]
     assert frame["value"].notna().sum() == len(LEARNED)
+
+
+def test_a_measure_may_be_a_mapping_and_a_wrong_one_is_named():
+    figure = construct(Heatmap, {"rows": "a", "cols": "b", "value": {"steps_after": 2, "statistic": "median"}})
+    assert figure.heading == "steps_after=2,statistic=median by a and b"
+    for kind, words in ((Heatmap, {"rows": "a", "cols": "b"}), (Sensitivity, {"parameter": "a"})):
+        assert construct(kind, {**words, "value": "total_steps_sem"}).value == "total_steps_sem"
+        with pytest.raises(ConfigError, match=r"^value: total: no such measure; did you mean total_steps"):
+            construct(kind, {**words, "value": "total"})
+        with pytest.raises(ConfigError, match=r"^value: steps_after=-2: should be a trial"):
+            construct(kind, {**words, "value": "steps_after=-2"})
+
+
+def test_a_trial_that_is_never_reached_is_shown_as_a_bound(runs: Runs):
+    figure = Heatmap(rows="representation", cols="exploration.k", value="trials_to=1.1")
+    frames = figure.frames(runs)
+    known = frames[MAIN].dropna(subset="value")
+    assert known["value"].tolist() == [5] * len(LEARNED)
+    assert set(known["bounds"]) == {"value ≥, low ≥, high ≥"}
+    assert any("Least: ≥ 5 with" in part for part in figure.text(frames))
+    axis = figure.draw(frames).axes[0]
+    assert "≥ 5" in {text.get_text() for text in axis.texts}
+    plt.close(axis.figure)
+    sensitivity = Sensitivity(parameter="exploration.k", value="trials_to=1.1")
+    rows, *_, note = sensitivity.text(sensitivity.frames(runs))
+    assert "≥ 5 (≥ 5)" in rows
+    assert re.sub(" +", " ", rows).rstrip().endswith("| – |")
+    assert "no ratio is formed" in note.lower()
+
+
+def test_measures_of_curves_and_medians_are_compared_under_the_same_weights(runs: Runs):
+    sides = {"a": "representation=ad_hoc", "b": "representation=direction"}
+    for name in ("roughness", "total_steps,statistic=median"):
+        rows = Compare(**sides, value=name).frames(runs)[MAIN].to_dict("records")
+        for row, k in zip(rows[:2], (0.02, 0.1), strict=True):
+            one, other = (LEARNED[side, f"exploration.k={k}"] for side in sides.values())
+            a, b = (measure(name).samples(each, np.full((1, 6), 1 / 6))[0] for each in (one, other))
+            assert (row["a"], row["b"], row["difference"]) == pytest.approx((a, b, b - a))
+            weights = resample_weights(6)
+            samples = measure(name).samples(other, weights) - measure(name).samples(one, weights)
+            assert (row["low"], row["high"]) == pytest.approx(tuple(percentile_interval(samples)))
+    figure = Compare(**sides, value="trials_to=1.1")
+    frames = figure.frames(runs)
+    assert frames[MAIN]["difference"].isna().all()  # never on both sides: nothing is known
+    assert frames[MAIN]["bounds"][0] == "a ≥, b ≥"
+    plt.close(figure.draw(frames))
 
 
 def test_runs_that_differ_in_more_than_the_seed_are_averaged_on_demand_only(runs: Runs):
@@ -147,10 +198,6 @@ def test_a_comparison_is_paired_by_period(runs: Runs):
         (
             Heatmap(rows="representatio", cols="exploration.k"),
             r"representatio: no such parameter .* mean representation",
-        ),
-        (
-            Heatmap(rows="representation", cols="exploration.k", value="total"),
-            "total: no such scalar or measure; did you mean total_s",
         ),
         (Curves(by="representation,exploration.k", curve="steps/max"), r"steps/max: no such learning curve"),
         (Sensitivity(parameter="reward"), "reward: no two of these runs differ in it"),

@@ -17,9 +17,10 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.plan.study import load_study
 from rl_design_space.report import PublishedTable
 from rl_design_space.report.base import MAIN
+from rl_design_space.report.points import largest, sample
 from rl_design_space.report.runs import Runs
 from tests.report.conftest import MISSING, OVERRIDES, PUBLISHED, Small
-from tests.report.readers import unpadded
+from tests.report.readers import LearningReader, unpadded
 
 #: Table 4 of the paper: a row a grid size; ad hoc with 1, 2, 3 goals, then direction with 1, 2, 3 goals.
 PAPER = """
@@ -28,7 +29,7 @@ PAPER = """
     30  17,394  36,852  55,858   15,304  29,689  60,324
 """
 
-HEADER = "representation,size,goals,paper,measured,ci_low,ci_high,ratio,failed_periods,failed_low,failed_high"
+HEADER = "representation,size,goals,paper,measured,ci_low,ci_high,ratio,failed_periods,failed_low,failed_high,periods"
 
 
 def shipped() -> PublishedTable:
@@ -194,3 +195,32 @@ def test_an_invalid_report_is_named_in_the_error(override: str, message: str):
 def test_an_axis_that_no_point_has_is_refused(small: Small):
     with pytest.raises(ConfigError, match=r"world\.siz\b"):
         replace(small.table, row={"size": "world.siz"}).frames(Runs.of_study(small.study, small.reader))
+
+
+def test_a_cell_shows_the_largest_recorded_sample(small: Small):
+    table = replace(small.table, larger_samples="")
+    runs = Runs.of_study(small.study, small.reader)
+    points = {tuple(point.key(table.axes.values())): point for point in runs.points}
+    key = ("direction", 4, 2)
+    larger = replace(points[key], parameters={**points[key].parameters, "task.periods": 60}, of_plan=None)
+    missing = replace(larger, parameters={**points["ad_hoc", 4, 1].parameters, "task.periods": 60}, run=None)
+    other = replace(larger, parameters={**larger.parameters, "exploration.k": 0.07})
+    again = replace(points["ad_hoc", 5, 1])
+    both = runs.with_larger(Runs([larger, missing, other, again], small.reader, made_by="Made by more."))
+    assert both.points == [*runs.points, larger, missing]
+    assert both.made_by.endswith("Larger samples of 1 points: Made by more.")
+    chosen = largest(both.points)
+    assert len(chosen) == len(runs.points)
+    assert larger in chosen
+    assert points["ad_hoc", 4, 1] in chosen
+    assert table.frames(both)[MAIN]["periods"].tolist() == table.frames(runs)[MAIN]["periods"].tolist()
+
+
+def test_the_shipped_table_names_a_study_with_larger_samples_of_its_direction_cells():
+    with shipped_config():
+        table, tails = load_study("table4", ()), load_study(shipped().larger_samples, ())
+    reader = LearningReader(table.plan)
+    runs = Runs.of_study(table, reader).with_larger(Runs.of_study(tails, LearningReader(tails.plan)))
+    periods = {point.key(("representation", "world.size")): sample(point)[1] for point in largest(runs.points)}
+    ad_hoc = {("ad_hoc", size): 500 for size in (10, 20, 30)}
+    assert periods == {**ad_hoc, ("direction", 10): 20_000, ("direction", 20): 5000, ("direction", 30): 5000}

@@ -13,12 +13,13 @@ import pytest
 from rl_design_space.analysis.quality import Quality
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.config.compose import shipped_config
-from rl_design_space.design import DesignPoint, Task, Torus, cell_count
+from rl_design_space.design import DesignPoint, Distance, Task, Torus, cell_count
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.plan.study import Study, load_study
 from rl_design_space.report.base import MAIN
-from rl_design_space.report.graded_table import GRADES, Grading, Measured
+from rl_design_space.report.graded_table import DEFINITIONS, Measured
+from rl_design_space.report.grading import GRADES, Grading
 from rl_design_space.report.property_map import PropertyMap
 from rl_design_space.report.quality_map import QualityMap, as_measured, schedule_names
 from rl_design_space.report.runs import Runs
@@ -72,10 +73,12 @@ def test_the_csv_says_what_the_cells_do():
         gradings={"speed": {"means": "-", "limits": [1.0, 5.0, 9.0]}},
         paper={"ad_hoc": {"speed": "++"}},
     )
-    frames = {MAIN: table.graded({"ad_hoc": {"speed": Measured(3.0, "3\n(2 – 4)")}})}
-    assert table.csv(frames)[MAIN].to_dict("records") == [
-        {"row": "ad_hoc", "column": "speed", "number": 3.0, "grade": "+", "paper": "++", "measured": "3 (2 – 4)"}
-    ]
+    frames = {MAIN: table.graded({"ad_hoc": {"speed": Measured(3.0, "3\n(2 – 4)", 2.0, 4.0)}})}
+    (row,) = table.csv(frames)[MAIN].to_dict("records")
+    assert row == {
+        "row": "ad_hoc", "column": "speed", "number": 3.0, "grade": "+", "paper": "++", "measured": "3 (2 – 4)",
+        "definition": "registered", "under": "", "low": 2.0, "high": 4.0, "order": "",
+    }  # fmt: skip
 
 
 def test_gradings_without_a_quantity_take_them_in_order():
@@ -110,6 +113,13 @@ def test_table_1_has_the_papers_grades_and_ours_where_they_can_be_measured():
     assert cells.loc[("distance", "perceptual aliasing"), "number"] > 0
     assert cells.loc[("direction", "size of state space"), "measured"] == "375 observations"
     assert cells.loc[("ad_hoc", "implementability"), "measured"] == "judged by the paper"
+    others = frames[DEFINITIONS].drop_duplicates(["column", "definition", "under"])
+    orders = others[others["column"] == "perceptual aliasing"].set_index(["definition", "under"])["order"].to_dict()
+    for under in ("all goals", "remaining goals"):
+        assert orders.pop(("registered", under)) == "no limits"
+    assert orders.pop(("registered", "")) == "no limits"
+    assert len(orders) == 3 * 2
+    assert set(orders.values()) == {"some limits"}
 
 
 def test_table_1_is_written_without_any_run(tmp_path: Path):
@@ -191,15 +201,21 @@ def test_a_row_with_a_missing_point_has_no_grade():
 def test_table_3_from_points_to_files(tmp_path: Path):
     small = ("task.periods=6", "task.trials=12", "world.size=4")
     study = shipped("table3", *small)
-    distance = [p for p in study.plan if p.options["representation"] == "distance"]
-    reader = LearningReader(study.plan, {distance[0].fingerprint})
+    missing = next(p for p in study.plan if p.point.representation == Distance(goals="all"))
+    reader = LearningReader(study.plan, {missing.fingerprint})
     paths = study.report().write(study, reader, tmp_path)
     assert {path.name for path in paths} == {f"table3.{suffix}" for suffix in ("png", "svg", "csv", "md")}
-    frame = pd.read_csv(tmp_path / "table3.csv", keep_default_na=False)
+    written = pd.read_csv(tmp_path / "table3.csv", keep_default_na=False)
+    frame = written[written["definition"] == "registered"]
     assert frame[frame["row"] == "distance"]["measured"].tolist() == ["missing"] * 3
     assert (frame[frame["row"] != "distance"]["grade"] != "").all()
+    others = written[written["under"] == "remaining goals, best by total_steps"]
+    assert (others["grade"] != "").all()
+    assert len(others) == 3 * 9
+    # There are fewer trials than this measure skips.
+    assert set(written.loc[written["under"].str.contains("steps_after"), "measured"]) == {"missing"}
     text = (tmp_path / "table3.md").read_text(encoding="utf-8")
-    assert "**Missing: 1 of 60 points**; `rl-design-space study=table3" in text
+    assert "**Missing: 1 of 100 points**; `rl-design-space study=table3" in text
     study.report().write(study, LearningReader(study.plan, {p.fingerprint for p in study.plan}), tmp_path / "nothing")
 
 

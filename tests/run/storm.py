@@ -78,7 +78,7 @@ class Damage:
 
     Attributes:
         kills: commands or tracker processes that were killed.
-        stages: number of kills by whether the store had no, some or all points.
+        stages: number of kills by whether the sweep had stored none, some or all of its new points.
         lost, doubled: points without a complete run, and with several.
         stuck: RUNNING runs and pending records.
         tracebacks: commands that ended with one.
@@ -105,20 +105,23 @@ class Storm:
         self._weather, self._chance = weather, chance
         self._folder = Path(mkdtemp(prefix="storm-"))
         self._points = POINTS
+        self._usual = 0.0  # seconds that a sweep takes
         self._url = sqlalchemy.make_url(uri) if uri else None
         self.damage = Damage()
 
     def run(self) -> Damage:
-        """Kill, let the sweeps end, and count."""
+        """Measure how long a sweep takes, kill, let the sweeps end, and count."""
+        begin = monotonic()
+        self._finish([self._start(0)])
+        self._usual = monotonic() - begin
+        self._points += POINTS
         while self.damage.kills < ROUND:
             self._kill_one()
             if self._weather.moves:
                 moved = self._folder.with_name(f"storm-moved-{self._chance.getrandbits(40):x}")
                 self._folder = self._folder.rename(moved)
-        both = [self._start(number) for number in range(self._weather.outputs)]
-        for process in [*both, *(self._start(number, "sync") for number in range(self._weather.outputs))]:
-            output, _ = process.communicate(timeout=PATIENCE)
-            self.damage.tracebacks += "Traceback" in output
+        outputs = range(self._weather.outputs)
+        self._finish([*map(self._start, outputs), *(self._start(number, "sync") for number in outputs)])  # at once
         points, running = self._stored()
         self.damage.lost = self._points - len(points)
         self.damage.doubled = sum(count - 1 for count in points.values())
@@ -128,26 +131,31 @@ class Storm:
             shutil.rmtree(self._folder)
         return self.damage
 
+    def _finish(self, processes: list[subprocess.Popen[str]]) -> None:
+        for process in processes:
+            output, _ = process.communicate(timeout=PATIENCE)
+            if output.startswith("error:"):  # then no sweep gets so far that killing it shows anything
+                raise RuntimeError(output)
+            self.damage.tracebacks += "Traceback" in output
+
     def _kill_one(self) -> None:
+        before = len(self._stored()[0])
         process = self._start(self._chance.randrange(self._weather.outputs))
         if self._weather.victim == "tracker":
             while process.poll() is None and not _trackers(process.pid):
                 sleep(0.01)
             until = monotonic() + self._chance.uniform(0, 0.5)
         else:
-            until = monotonic() + self._chance.uniform(0.8, 4.0)
+            until = monotonic() + self._chance.uniform(0.3, 1.1) * self._usual
         while process.poll() is None and monotonic() < until:
             sleep(0.01)
         if process.poll() is None and self._strike(process):
             self.damage.kills += 1
-            done = len(self._stored()[0])
-            self.damage.stages["none" if not done else "all" if done == self._points else "some"] += 1
+            new = len(self._stored()[0]) - before
+            self.damage.stages["none" if not new else "all" if new == self._points - before else "some"] += 1
         if self._weather.victim == "command":
             sleep(self._chance.uniform(0, 0.5))  # its tracker process notices
-        output, _ = process.communicate(timeout=PATIENCE)
-        if output.startswith("error:"):  # it was not killed, and never will be
-            raise RuntimeError(output)
-        self.damage.tracebacks += "Traceback" in output
+        self._finish([process])
         self._points += POINTS
 
     def _strike(self, process: subprocess.Popen[str]) -> bool:
@@ -239,7 +247,7 @@ def main() -> int:
             total.stages += damage.stages
             for name in ("kills", "lost", "doubled", "stuck", "tracebacks"):
                 setattr(total, name, getattr(total, name) + getattr(damage, name))
-    table = Table("killed", "kills", "store had none / some / all", "lost", "doubled", "stuck", "tracebacks")
+    table = Table("killed", "kills", "stored none / some / all", "lost", "doubled", "stuck", "tracebacks")
     for name, total in found.items():
         stages = " / ".join(str(total.stages[stage]) for stage in ("none", "some", "all"))
         table.add_row(name, *map(str, (total.kills, stages, total.lost, total.doubled, total.stuck, total.tracebacks)))

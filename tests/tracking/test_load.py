@@ -125,3 +125,17 @@ def test_every_change_of_the_database_is_seen(folder: Path, tmp_path: Path):
     assert after.index.equals(before.index)
     assert after["studies"].str.contains("new").all()
     assert not list(tmp_path.glob("*.parquet"))
+
+
+def test_measures_are_columns_under_their_names(folder: Path):
+    specs = ["total_steps", {"steps_after": 2}, "total_steps_scaled,statistic=median", "trials_to"]
+    runs = rds.load_runs(outputs=str(folder), measures=specs)
+    assert runs.columns[-3:].tolist() == ["steps_after=2", "total_steps_scaled,statistic=median", "trials_to=1.1"]
+    for name, ((planned, curves), _) in POINTS.items():
+        here, square = row(runs, name), isinstance(planned.point.world.size, int)
+        assert here["total_steps"] == curves.scalars()["total_steps"]
+        assert here["steps_after=2"] == pytest.approx(curves.steps[:, 2:].sum(axis=1).mean())
+        median = np.median(curves.total_steps) * 10 / 4 if square else np.nan
+        assert here["total_steps_scaled,statistic=median"] == pytest.approx(median, nan_ok=True)
+    with pytest.raises(ConfigError, match="totl: no such measure; did you mean total_steps"):
+        rds.load_runs(outputs=str(folder), measures=["totl"])

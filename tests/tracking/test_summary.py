@@ -5,11 +5,14 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import grid
+from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.tracker import StoredRun, SweepEnding
-from tests.tracking.stores import COMMAND, learned, plan_of, runs
+from tests.tracking.stores import COMMAND, copy_database, learned, plan_of, record, runs, tracker_at
 
 
 def ending(status: str = "FINISHED", **others: object) -> SweepEnding:
@@ -112,3 +115,30 @@ def test_the_note_says_in_what_the_points_differ(tracker, client):
     for count, shape in shapes.items():
         tracker.open_sweep(plan_of(*points[:count]), COMMAND)
         assert any(f"{shape}\n" in run.data.tags["mlflow.note.content"] for run in runs(client, "sweeps"))
+
+
+def test_a_summary_run_ranks_the_points_by_other_measures(empty_database: Path, tmp_path: Path):
+    copy_database(empty_database, tmp_path / "mlflow.db")
+    results = [learned(f"exploration.epsilon={epsilon}") for epsilon in (0.9, 0.1)]
+    # The first point is recorded by another tracker: its measures are computed from its files.
+    record(tracker_at(tmp_path / "mlflow.db"), *results[0])
+    tracker = tracker_at(tmp_path / "mlflow.db", leaderboard=[{"steps_after": 2, "statistic": "median"}, "trials_to"])
+    record(tracker, *results[1])
+    plan = plan_of(*(planned for planned, _ in results))
+    stored = tracker.finished([planned.fingerprint for planned in plan])
+    tracker.open_sweep(plan, COMMAND).close(ending(stored=stored))
+    (sweep,) = runs(connect(f"sqlite:///{tmp_path / 'mlflow.db'}"), "sweeps")
+    name = "steps_after=2,statistic=median"
+    rows = {row["fingerprint"]: row for row in rows_of(sweep, "leaderboard.csv")}
+    expected = {planned.fingerprint: np.median(curves.steps[:, 2:].sum(axis=1)) for planned, curves in results}
+    assert {fingerprint: float(row[name]) for fingerprint, row in rows.items()} == expected
+    assert [row["fingerprint"] for row in rows.values()] == sorted(expected, key=lambda each: expected[each])
+    assert {row["trials_to=1.1"] for row in rows.values()} == {"≥ 4"}
+    note = sweep.data.tags["mlflow.note.content"]
+    assert f"**Best by {name}**" in note
+    assert f"| rank | exploration.epsilon | {name} | trials_to=1.1 | total_steps |" in note
+
+
+def test_a_leaderboard_of_a_measure_that_cannot_be_imported_is_refused_at_once(tmp_path: Path):
+    with pytest.raises(ConfigError, match=r"measure no_such_module\.late: cannot be imported"):
+        tracker_at(tmp_path / "mlflow.db", leaderboard=["no_such_module.late"])
