@@ -1,4 +1,4 @@
-"""Where the shipped configuration and plugins lie; paths of the user, and which names may be paths."""
+"""Where the shipped configuration and plugins lie; paths of the user: names that may be paths, writable folders."""
 
 import os
 import re
@@ -31,3 +31,11 @@ def leads_out(name: str) -> bool:
 def expanded(path: str) -> str:
     """Return a path with the home folder in place of `~`."""
     return str(Path(path).expanduser()) if path.startswith("~") else path
+
+
+def why_unwritable(path: Path) -> str:
+    """Return why a path, or a folder to be created at it, cannot be written to; empty if it can."""
+    existing = next(each for each in (path.absolute(), *path.absolute().parents) if each.exists())
+    if os.access(existing, os.W_OK):
+        return ""
+    return "read-only file system" if os.statvfs(existing).f_flag & os.ST_RDONLY else "permission denied"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
-import sys
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -57,6 +56,8 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     if leads_out(chosen.name or ""):
         raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
+    from rl_design_space.commands.folders import report_folder
+    from rl_design_space.commands.messages import tell
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
@@ -64,6 +65,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
 
     where, also_typed = _where(chosen.where)
     settings = settings_of([*also_typed, *chosen.overrides])
+    folder = report_folder(settings)
     tell_of_unused_variables(settings.tracking)
     reader = settings.tracking.reader()
     figure = _figure(word, chosen)
@@ -72,11 +74,11 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     frame, left_out = reader.select(chosen.study, chosen.filter, where, outdated=of_any_code)
     remarks = []
     if left_out:
-        print(f"{left_out}; to include them, name their code, as in {_INCLUDING[word]}", file=sys.stderr)
+        tell(f"{left_out}; to include them, name their code, as in {_INCLUDING[word]}")
         remarks = [f"{left_out.capitalize()}."]
     runs = Runs.of_frame(frame, reader, command, remarks)
     name = chosen.name or _name(word, figure.heading)
-    return figure.write_runs(runs, Path(settings.outputs) / "report" / name)
+    return figure.write_runs(runs, folder / name)
 
 
 def flags(word: str) -> list[str]:
@@ -93,8 +95,12 @@ def values() -> list[str]:
 
 def _parser(word: str) -> argparse.ArgumentParser:
     """Return the parser of a word; arguments that are fields of its report have their names."""
+    arguments = {"compare": "A B", "sensitivity": "PARAMETER"}
+    options = "[--where KEY=VALUE ...] [--study STUDY] [options] [outputs=… tracking.uri=…]"
     parser = argparse.ArgumentParser(
         prog=f"rl-design-report {word}",
+        # By itself, argparse would name the arguments after --where, which would take them for its own.
+        usage=f"%(prog)s {arguments[word]} {options}" if word in arguments else None,
         description=f"Draw {WORDS[word]}, from recorded runs, into outputs/report: PNG, SVG, CSV and Markdown.",
     )
     if word == "heatmap":
@@ -104,10 +110,12 @@ def _parser(word: str) -> argparse.ArgumentParser:
         parser.add_argument("--by", required=True, metavar="PARAMS", help="parameters that make the lines")
         parser.add_argument("--curve", default="steps/mean", help="which learning curve (default: %(default)s)")
     elif word == "sensitivity":
-        parser.add_argument("parameter", help="such as exploration.k")
+        parser.add_argument("parameter", metavar="PARAMETER", help="such as exploration.k")
     else:
-        parser.add_argument("a", help="values of parameters, such as representation=ad_hoc; several in quotes")
-        parser.add_argument("b", help="values of the same parameters on the other side")
+        parser.add_argument(
+            "a", metavar="A", help="values of parameters, such as representation=ad_hoc; several in quotes"
+        )
+        parser.add_argument("b", metavar="B", help="values of the same parameters on the other side")
     if word != "curves":
         parser.add_argument("--value", default="total_steps", help=_VALUE)
     if word != "sensitivity":

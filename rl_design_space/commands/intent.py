@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import hydra
 from hydra.core.override_parser.types import Override
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
@@ -14,8 +16,11 @@ from rl_design_space.config import user_config
 from rl_design_space.config.compose import CONFIG_NAME, Composer, shipped_config
 from rl_design_space.config.explain import explained
 from rl_design_space.config.overrides import is_search_path, shared
+from rl_design_space.errors import ConfigError
 
 OWN_SWEEPER = "design"
+#: Package of our sweeper and launchers.
+_OURS = "hydra_plugins.rl_design_space."
 #: Keys that make a command a sweep.
 _SWEEPING = ("study", "plan", "shard")
 #: Their values that do not.
@@ -49,7 +54,7 @@ def intent_of(overrides: Sequence[Override], config_name: str | None = None) -> 
         ConfigError: an override or a file cannot be used.
     """
     texts = [override.input_line or "" for override in overrides]
-    if user_config.user_folder() or config_name or any(map(is_search_path, texts)):
+    if user_config.user_folder() or config_name or any(is_search_path(text) or _adds_to_hydra(text) for text in texts):
         return _of_files(overrides, config_name or CONFIG_NAME)
     values = _values(overrides)
     sweeper = values.get("hydra/sweeper", OWN_SWEEPER)
@@ -61,11 +66,20 @@ def intent_of(overrides: Sequence[Override], config_name: str | None = None) -> 
     )
 
 
+def _adds_to_hydra(text: str) -> bool:
+    """Return whether an override adds a key to the sweeper or launcher; params of a sweeper are added by design."""
+    return text.startswith(("+hydra.sweeper.", "++hydra.sweeper.", "+hydra.launcher.", "++hydra.launcher.")) and not (
+        text.lstrip("+").startswith("hydra.sweeper.params.")
+    )
+
+
 def _of_files(overrides: Sequence[Override], config_name: str) -> Intent:
     one_value = [override for override in overrides if not override.is_sweep_override()]
     with shipped_config():
         places = [text for override in one_value if is_search_path(text := override.input_line or "")]
         config = Composer(places, config_name).config(shared(one_value))
+    for part in ("sweeper", "launcher"):
+        _check_keys(f"hydra.{part}", config.hydra[part])
     swept = _values([override for override in overrides if override.is_sweep_override()])
     values = {key: swept.get(key) or value for key, value in _settings(config).items()}
     return Intent(
@@ -74,6 +88,20 @@ def _of_files(overrides: Sequence[Override], config_name: str) -> Intent:
         str(config.hydra.runtime.choices["hydra/sweeper"]),
         str(config.hydra.sweeper.get("_target_")).endswith(".DesignSweeper"),
     )
+
+
+def _check_keys(prefix: str, node: DictConfig) -> None:
+    """Check the keys of our sweeper or launcher, which Hydra looks at when a sweep begins.
+
+    Raises:
+        ConfigError: there is no such key.
+    """
+    target = str(node.get("_target_"))
+    if target.startswith(_OURS):
+        known = [*inspect.signature(hydra.utils.get_class(target)).parameters]
+        for key in node:
+            if key not in known and not str(key).startswith("_"):
+                raise ConfigError.unknown(f"key in {target.rpartition('.')[2]}", str(key), known, f"{prefix}.")
 
 
 def _values(overrides: Sequence[Override]) -> dict[str, str]:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TextIO
 
+from rl_design_space._visible import visible
 from rl_design_space.commands.interrupts import INTERRUPTED
 
 _FULL_ERROR = "HYDRA_FULL_ERROR"
@@ -22,6 +23,11 @@ _HIDDEN = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, Resourc
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 #: Exit status of a command whose output is no longer read, as in `… | head`: that of a process that SIGPIPE ends.
 _CLOSED = 141
+
+
+def tell(message: str) -> None:
+    """Print a message to standard error; control characters in it are shown, not sent."""
+    print(visible(message), file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -85,7 +91,7 @@ def _show(error: Exception) -> int | None:
 def _end(message: str, status: int) -> int:
     """Print a last message, and return the exit status."""
     with suppress(OSError):
-        print(message, file=sys.stderr, flush=True)
+        tell(message)
     return status
 
 

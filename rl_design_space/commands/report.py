@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rl_design_space._version import __version__
+from rl_design_space.commands.folders import report_folder
 from rl_design_space.commands.interrupts import handle_interrupts
-from rl_design_space.commands.messages import shown_as_messages
+from rl_design_space.commands.messages import shown_as_messages, tell
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
@@ -126,12 +128,19 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     with shipped_config():
         study = load_study(name, overrides)
     settings = build_settings(study.config)
+    folder = report_folder(settings)
     tell_of_unused_variables(settings.tracking)
     report = study.report()
     reader = settings.tracking.reader() if study.plan else NoRuns()
     _report_missing(study, reader)
-    paths: list[Path] = report.write(study, reader, Path(settings.outputs) / "report")
-    reader.attach(study.name, paths)
+    paths: list[Path] = report.write(study, reader, folder)
+    try:
+        reader.attach(study.name, paths)
+    except OSError as error:
+        if error.errno not in (errno.EROFS, errno.EACCES):
+            raise
+        reason = f"{error.filename} cannot be written to ({error.strerror})"
+        tell(f"not added to the files of the sweep's run: {reason}")
     return paths
 
 
@@ -145,4 +154,4 @@ def _report_missing(study: Study, reader: Reader) -> None:
     if missing and missing == len(study.plan):
         raise ConfigError(f"study {study.name}: none of its {missing} points is recorded; `{study.command}` makes them")
     if missing:
-        print(f"missing: {missing} of {len(study.plan)} points; `{study.command}` makes them", file=sys.stderr)
+        tell(f"missing: {missing} of {len(study.plan)} points; `{study.command}` makes them")

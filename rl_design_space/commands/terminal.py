@@ -4,22 +4,37 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from errno import EPIPE
+from typing import Any
 
 from hydra.core.override_parser.types import Quote, QuotedString
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.markup import escape
+from rich.segment import Segment
 from rich.table import Table
+from rich.text import Text
 
+from rl_design_space._visible import visible
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.outcome import Outcome
 from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun
 
 
 class Terminal(Console):
-    """A console that leaves a closed output to the command, which ends then; Rich would exit with status 1."""
+    """A console that shows control characters instead of sending them to the terminal; only Rich sends its own.
+
+    A closed output is left to the command, which ends then; Rich would exit with status 1.
+    """
+
+    def render_str(self, text: str, **others: Any) -> Text:
+        """Return text with its markup; what is measured is what is shown."""
+        return super().render_str(visible(text), **others)
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else Segment(visible(segment.text), segment.style)
 
     def on_broken_pipe(self) -> None:
         self.quiet = True

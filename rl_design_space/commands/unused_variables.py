@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import sys
 
 from rl_design_space._secrets import without_secrets
+from rl_design_space.commands.messages import tell
 from rl_design_space.tracking import MlflowTracking, Tracking
 
 
@@ -22,4 +22,4 @@ def tell_of_unused_variables(tracking: Tracking) -> None:
         given = os.environ.get(name)
         if given and given != value:
             remedy = "" if name.endswith("_ID") else f"; tracking=server uses it, unless {key} is given"
-            print(f"{name}={without_secrets(given)} is not used, but {key}={value}{remedy}", file=sys.stderr)
+            tell(f"{name}={without_secrets(given)} is not used, but {key}={value}{remedy}")

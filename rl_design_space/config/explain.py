@@ -20,8 +20,10 @@ from omegaconf.errors import (
 from pydantic import ValidationError
 from yaml import MarkedYAMLError, YAMLError, safe_load
 
+from rl_design_space._yaml import as_yaml
 from rl_design_space.config import user_config
 from rl_design_space.config.grammar import not_understood
+from rl_design_space.config.overrides import is_setting
 from rl_design_space.design.identity import full_name
 from rl_design_space.errors import ConfigError
 
@@ -38,6 +40,8 @@ _EXTRAS = {
     ("hydra/launcher", "submitit_slurm"): "hydra-submitit-launcher",
     ("hydra/launcher", "submitit_local"): "hydra-submitit-launcher",
 }
+#: What pydantic calls a value that should be a single one.
+_SCALAR = ("int_type", "float_type", "bool_type", "string_type")
 _HIDDEN_KEYS = {"_target_", "hydra"}
 
 
@@ -148,6 +152,10 @@ def invalid(prefix: str, error: ValidationError, kind: Any) -> ConfigError:
             lines.append(f"{key}: {_plain(detail['msg'])}")
         elif detail["type"] == "is_instance_of" and (lacking := _lacking(kind, detail)):
             lines.append(f"{key}={full_name(type(detail['input']))}: {_plain(detail['msg'])}; it has no {lacking}")
+        elif isinstance(detail["input"], list) and detail["type"] in _SCALAR and not is_setting(f"{key}="):
+            values = ",".join(map(as_yaml, detail["input"]))
+            remedy = f'values without brackets make a sweep: {key}={values}, in a file {key}: "{values}"'
+            lines.append(str(ConfigError.at(key, detail["input"], f"{_plain(detail['msg'])}, not a list; {remedy}")))
         elif _needs_a_number(detail) and _is_quoted(detail["input"]):
             remedy = "write it without quotes, or ${oc.decode:${oc.env:NAME}} for an environment variable"
             if _OTHER_NUMBER.fullmatch(detail["input"]):

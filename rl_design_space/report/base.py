@@ -15,6 +15,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.spreadsheet import without_formulas
 from rl_design_space.report.style import save
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ class Report(ABC):
         paths = save(self.draw(frames), stem, runs.mark)
         for name, frame in self.csv(frames).items():
             paths.append(stem.with_name(f"{stem.name}{name}.csv"))
-            frame.to_csv(paths[-1], index=False)
+            without_formulas(frame).to_csv(paths[-1], index=False)
         paths.append(stem.with_name(f"{stem.name}.md"))
         picture = f"![{self.shows or self.heading}]({quote(stem.name)}.png)"
         parts = [f"# {self.heading}", picture, runs.made_by, *runs.remarks, *self.text(frames), *self.notes]

@@ -6,9 +6,14 @@ from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import pandas as pd
+
+from rl_design_space._visible import visible
 from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.learning.measures import SCALARS
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import PERIODS, SEED, order
+from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.selection import Where, matches
 from rl_design_space.tracking.tracker import StoredRun
 
@@ -80,3 +85,22 @@ def largest(points: Iterable[Point]) -> list[Point]:
     for point in points:
         samples.setdefault(sample(point)[0], []).append(point)
     return [max(each, key=lambda point: (point.run is not None, sample(point)[1])) for each in samples.values()]
+
+
+def points_of_frame(frame: pd.DataFrame) -> list[Point]:
+    """Return the points of runs that were found in the store, each once; control characters in names are shown.
+
+    Args:
+        frame: as `RunReader.frame` returns it.
+    """
+    points = []
+    for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
+        there = {visible(str(name)): _shown(value) for name, value in record.items() if not pd.isna(value)}
+        scalars = {name: there.pop(name) for name in SCALARS if name in there}
+        run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
+        points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
+    return points
+
+
+def _shown(value: Any) -> Any:
+    return visible(value) if isinstance(value, str) else value

@@ -16,18 +16,18 @@ from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.censoring import Bounded
 from rl_design_space.config.measure_name import measure_of
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import SCALARS
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, by_design, repetition, sample
-from rl_design_space.tracking.run_frame import ABOUT
+from rl_design_space.report.points import Point, by_design, points_of_frame, repetition, sample
 from rl_design_space.tracking.selection import Where, comparable
-from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
+
+#: Stands for the number of runs in a text.
+_RUNS = "\0"
 
 
 class Runs:
@@ -37,7 +37,7 @@ class Runs:
         points: in any order.
         reader: of the tracking store.
         name: what the points are called in messages.
-        made_by: paragraph that says where the report comes from.
+        made_by: paragraph that says where the report comes from; `_RUNS` in it stands for the number of runs used.
         remarks: more paragraphs, such as how many points are missing.
         mark: short note for the corner of a picture.
     """
@@ -52,10 +52,13 @@ class Runs:
         mark: str = "",
     ) -> None:
         self.points = list(points)
-        self.made_by, self.remarks, self.mark = made_by, remarks, mark
+        self.remarks, self.mark = remarks, mark
+        self._made_by = made_by
         self._name = name
         self._reader = reader
         self._results: dict[Point, LearningCurves | None] = {}
+        #: Points whose results were asked for.
+        self._used: set[Point] = set()
 
     @classmethod
     def of_study(cls, study: Study, reader: Reader) -> Runs:
@@ -90,17 +93,17 @@ class Runs:
         """
         if frame.empty:
             raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
-        points = []
-        for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
-            there = {str(name): value for name, value in record.items() if not pd.isna(value)}
-            scalars = {name: there.pop(name) for name in SCALARS if name in there}
-            run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
-            points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
+        points = points_of_frame(frame)
         periods = _joined({point.parameters["task.periods"] for point in points})
-        runs = "1 run" if len(points) == 1 else f"{len(points)} runs"
-        return cls(
-            points, reader, made_by=f"Made by {code(command)} from {runs}, {periods} periods a point.", remarks=remarks
-        )
+        made_by = f"Made by {code(command)} from {_RUNS}, {periods} periods a point."
+        return cls(points, reader, made_by=made_by, remarks=remarks)
+
+    @property
+    def made_by(self) -> str:
+        """Paragraph that says where the report comes from; call it after the report has read what it shows."""
+        used, found = len(self._used), len(self.points)
+        number = f"{used} of {found} runs" if used < found else "1 run" if found == 1 else f"{found} runs"
+        return self._made_by.replace(_RUNS, number)
 
     @property
     def recorded(self) -> list[Point]:
@@ -127,7 +130,7 @@ class Runs:
         runs.points = [*self.points, *more]
         recorded = sum(point.run is not None for point in more)
         if recorded:
-            runs.made_by = f"{self.made_by} Larger samples of {recorded} points: {larger.made_by}"
+            runs._made_by = f"{self._made_by} Larger samples of {recorded} points: {larger._made_by}"
         runs.remarks = [*self.remarks, *(larger.remarks if recorded < len(more) else [])]
         return runs
 
@@ -200,6 +203,7 @@ class Runs:
 
     def kept(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
+        self._used.add(point)
         if point not in self._results:
             arrays = self._reader.periods(point.run) if point.run else {}
             self._results[point] = (
@@ -243,6 +247,7 @@ class Runs:
         Raises:
             ConfigError: there is no such curve.
         """
+        self._used.add(point)
         arrays = self._reader.periods(point.run) if point.run else {}
         if name not in arrays or arrays[name].ndim != 1:
             raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from contextlib import ContextDecorator
 from pathlib import Path
@@ -33,10 +34,13 @@ MARKERS = "osD^vP"
 #: Ratio of the largest to the least value from which on an axis or a colour scale is logarithmic.
 DECADE = 10
 #: With a fixed salt the same figure is the same bytes; text in an SVG stays text.
-_SETTINGS = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none"}
+#: Text is shown as it is: a dollar sign in a name begins no formula.
+_SETTINGS = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "text.parse_math": False}
 #: Looks of the note in the corner of a picture.
 _MARK = {"fontsize": 8, "color": "#664d03", "backgroundcolor": "#fff3cd"}
 _DOTS_PER_INCH = 160
+#: What Matplotlib calls a line without a name.
+_UNNAMED = re.compile(r"_child\d+")
 
 
 def styled(font_size: float = 9) -> ContextDecorator:
@@ -85,8 +89,9 @@ def write_in_full(axis: Axis) -> None:
 
 def legend_beside(axis: Axes, handles: Sequence[Any] | None = None) -> None:
     """Draw a legend on the right of an axis, where it hides no data."""
-    more = {} if handles is None else {"handles": handles}
-    axis.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1), **more)
+    if handles is None:  # by itself, Matplotlib leaves out all names that begin with an underscore
+        handles = [line for line in axis.get_lines() if not _UNNAMED.fullmatch(str(line.get_label()))]
+    axis.legend(handles=handles, frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1))
 
 
 def number(value: float, form: str = "") -> str:

@@ -31,9 +31,9 @@ _MOST_THREADS = 1024
 
 def _shard(text: Any) -> Any:
     """Convert `2/8` to (2, 8)."""
-    if not isinstance(text, str):
+    if text is None or isinstance(text, tuple):
         return text
-    found = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", text)
+    found = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", str(text))
     if not found or int(found[1]) > int(found[2]):
         raise ValueError("should be i/N, from 1/N to N/N")
     return int(found[1]), int(found[2])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
 from pydantic import AfterValidator, Field, Strict
 from pydantic.dataclasses import dataclass
 
-from rl_design_space._paths import expanded
+from rl_design_space._paths import expanded, why_unwritable
 from rl_design_space._strict import STRICT
 from rl_design_space.config.measure_name import ValueName
 from rl_design_space.errors import ConfigError
@@ -87,13 +87,16 @@ class MlflowTracking:
     def open(self, command: str = "rl-design-space", delivery: BackgroundDelivery | None = None) -> Tracker:
         from rl_design_space.tracking.mlflow_client import configure_mlflow
         from rl_design_space.tracking.mlflow_tracker import MlflowTracker
+        from rl_design_space.tracking.read_only import not_writable
         from rl_design_space.tracking.schema import check_schema
 
+        if reason := why_unwritable(spools := Path(self.spool)):
+            raise not_writable(spools, reason)
         configure_mlflow(self.patience)
         check_schema(self.address)
         return MlflowTracker(
             self.address,
-            Path(self.spool),
+            spools,
             command,
             location=f"{self.uri}, experiment {self.experiment!r}",
             patience=self.patience,

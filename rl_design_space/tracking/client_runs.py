@@ -12,7 +12,7 @@ from rl_design_space.tracking.store_errors import StoreUnavailableError
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
-    from mlflow.entities import FileInfo, RunInfo
+    from mlflow.entities import FileInfo, Run, RunInfo
 
 #: Most params of a request, and most metrics beside them: servers refuse more than 1000 values.
 _PARAMS, _METRICS = 100, 900
@@ -51,6 +51,10 @@ class ClientRuns:
         """
         run = self._client.create_run(experiment, start_time=started, run_name=name, tags=dict(tags))
         return run.info
+
+    def find(self, experiment: str, tag: str, value: str) -> Sequence[Run]:
+        """Return the runs of an experiment that have a tag with a value; only their tags need be complete."""
+        return self._client.search_runs([experiment], f"tags.`{tag}` = '{value}'")
 
     def tag(self, run_id: str, tags: Mapping[str, str]) -> None:
         """Set tags of a run."""

@@ -15,6 +15,7 @@ from rl_design_space.tracking.artifacts import artifacts_folder, experiment_arti
 from rl_design_space.tracking.client_runs import ClientRuns
 from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.locks import PointLocks
+from rl_design_space.tracking.point_runs import PointRuns
 from rl_design_space.tracking.server_runs import ServerRuns
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
@@ -88,10 +89,9 @@ class ClientWriter:
 
     def _record_point(self, record: Record, maybe_stored: bool) -> None:
         content = record.content
-        found = self._found(FINGERPRINT_TAG, record.key, self._points) if maybe_stored else None
+        studies = {name: value for name, value in content["tags"].items() if name.startswith(STUDY_TAG)}
+        found = self._point_runs.settle(record.key, studies) if maybe_stored else None
         if found and found.info.status == "FINISHED":
-            studies = {name: value for name, value in content["tags"].items() if name.startswith(STUDY_TAG)}
-            self._runs.tag(found.info.run_id, studies)
             return
         run = found.info if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})
         run_content = content_of(record)
@@ -99,11 +99,11 @@ class ClientWriter:
         self._runs.upload(run, run_content.artifacts)
         self._locks.add_to_journal(record.key)
         self._runs.end(run.run_id, "FINISHED")
+        self._point_runs.settle(record.key, studies)
 
     def _add_studies(self, record: Record, maybe_stored: bool) -> None:
         for fingerprint, tags in record.content["tags"].items():
-            if run := self._found(FINGERPRINT_TAG, fingerprint, self._points):
-                self._runs.tag(run.info.run_id, tags)
+            self._point_runs.settle(fingerprint, tags)
 
     def _open_sweep(self, record: Record, maybe_stored: bool) -> None:
         found = self._found(SWEEP_TAG, record.key, self._sweeps) if maybe_stored else None
@@ -129,6 +129,10 @@ class ClientWriter:
         return self._experiment("experiment", self._address.experiment)
 
     @cached_property
+    def _point_runs(self) -> PointRuns:
+        return PointRuns(self._runs, self._points, self._identities)
+
+    @cached_property
     def _sweeps(self) -> str:
         return self._experiment("sweeps", self._address.sweeps)
 
@@ -150,8 +154,8 @@ class ClientWriter:
         return self._runs.create(experiment, name, content["started"], all_tags)
 
     def _found(self, tag: str, value: str, experiment: str) -> Run | None:
-        """Return the run of a point or sweep: a complete one, or one that this spool has begun."""
-        runs = self._client.search_runs([experiment], f"tags.`{tag}` = '{value}'")
+        """Return the run of a sweep: a complete one, or one that this spool has begun."""
+        runs = self._runs.find(experiment, tag, value)
         begun = [
             run for run in runs if run.info.status == "RUNNING" and run.data.tags.get(SPOOL_TAG) in self._identities
         ]

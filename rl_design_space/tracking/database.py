@@ -8,8 +8,9 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rl_design_space.learning.measures import SCALARS
-from rl_design_space.tracking.address import StoreAddress, mlflow_uri, sqlite_path
+from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
+from rl_design_space.tracking.read_only import reading_engine
 from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import as_tracking_error, deleted_experiment, missing_experiment
 from rl_design_space.tracking.tags import FINGERPRINT_TAG, STUDY_TAG, studies_of
@@ -117,7 +118,7 @@ class DatabaseQueries:
 
         with ExitStack() as stack:
             with _translated_errors(self._address.uri):
-                self._connections = self._connections or sqlalchemy.create_engine(mlflow_uri(self._address.uri))
+                self._connections = self._connections or reading_engine(self._address.uri)
                 connection = stack.enter_context(self._connections.connect())
                 # Another process may be creating them right now.
                 has_tables = set(sqlalchemy.inspect(connection).get_table_names()) >= _TABLES

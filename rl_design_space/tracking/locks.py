@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import hashlib
 import os
@@ -11,8 +12,10 @@ from functools import cache
 from pathlib import Path
 from tempfile import gettempdir
 
+from rl_design_space._paths import why_unwritable
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import sqlite_path
+from rl_design_space.tracking.read_only import not_writable
 
 #: Bytes of a line of the journal: a digest in hexadecimal digits, and the end of the line.
 _LINE = 65
@@ -150,6 +153,8 @@ def _opened(path: Path) -> int:
     except OSError as error:
         if path.is_symlink():
             raise ConfigError(f"{path}: is a link, which is not followed; remove it") from error
+        if error.errno == errno.EROFS:
+            raise not_writable(path.parent, why_unwritable(path)) from error
         owner = f", it belongs to {_user(path.stat().st_uid)}" if path.exists() else ""
         raise ConfigError(f"{path}: cannot be opened for locking ({error.strerror}{owner})") from error
     if not stat.S_ISREG(os.fstat(file).st_mode):

@@ -216,20 +216,23 @@ class RunReader:
         return f"{ui.rstrip('/')}/#/experiments/{self._experiment}/runs?{wanted}"
 
     def attach(self, study: str, paths: Sequence[Path]) -> None:
-        """Add files to the summary run of the last sweep of a study, if there is one."""
+        """Add files to the summary run of the last sweep of a study, if there is one.
+
+        Raises:
+            OSError: its folder cannot be written to.
+        """
         sweep = self._queries.newest_sweep(study)
         if sweep is None:
             return
-        if is_local(sweep.artifacts):
-            write_artifacts(f"{sweep.artifacts}/report", {path.name: path.read_bytes() for path in paths})
+        if is_local(sweep.artifacts) and (folder := self._local_folder(sweep.artifacts)):
+            write_artifacts(str(folder / "report"), {path.name: path.read_bytes() for path in paths})
             return
         for path in paths:
             self._client.log_artifact(sweep.run_id, str(path), "report")
 
     def _artifact(self, run: StoredRun, name: str, read: Callable[[str, Path], Read]) -> Read:
-        place = urlsplit(run.artifacts)
-        if place.scheme in ("", "file") and place.path:
-            return read(run.run_id, Path(unquote(place.path)) / name)
+        if folder_here := self._local_folder(run.artifacts):
+            return read(run.run_id, folder_here / name)
         with TemporaryDirectory() as folder:
             try:
                 path = Path(self._client.download_artifacts(run.run_id, name, folder))
@@ -238,6 +241,17 @@ class RunReader:
                     raise as_tracking_error(self._address.uri, error) from error
                 raise DamagedFileError(run.run_id, name, first_line(error)) from error
             return read(run.run_id, path)
+
+    def _local_folder(self, uri: str) -> Path | None:
+        """Return the folder of a run's files if it is on this machine: as recorded, or else beside the database."""
+        place = urlsplit(uri)
+        if place.scheme not in ("", "file") or not place.path:
+            return None
+        folder, database = Path(unquote(place.path)), sqlite_path(self._address.uri)
+        if database and not folder.exists():  # copied or mounted at another path
+            beside = database.parent.joinpath("artifacts", *folder.parts[-3:])
+            return beside if beside.exists() else folder
+        return folder
 
     @cached_property
     def _client(self) -> MlflowClient:

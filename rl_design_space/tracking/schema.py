@@ -11,6 +11,7 @@ from pathlib import Path
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
+from rl_design_space.tracking.read_only import opened, unwritable
 
 _QUERY = "select version_num from alembic_version"
 #: Folder of MLflow with one file for each version of the tables, and what such a file says.
@@ -44,9 +45,7 @@ def _version(address: StoreAddress) -> str | None:
         if path := sqlite_path(address.uri):
             if not path.exists():
                 return None
-            with closing(
-                sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=_PATIENCE)
-            ) as database:
+            with closing(_opened(path)) as database:
                 (version,) = database.execute(_QUERY).fetchone()
         elif address.is_server:
             return None
@@ -61,6 +60,12 @@ def _version(address: StoreAddress) -> str | None:
     except Exception:  # of a driver: it cannot be reached, or has no tables yet
         return None
     return str(version)
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    if unwritable(path):
+        return opened(path)
+    return sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True, timeout=_PATIENCE)
 
 
 @cache

@@ -80,10 +80,12 @@ class Spool:
         self._quarantine = self.folder / "aside"
 
     @classmethod
-    def of(cls, root: Path, address: StoreAddress) -> Spool:
+    def of(cls, root: Path, address: StoreAddress, *, create: bool = True) -> Spool:
         """Return the spool of a store under a folder; it is created if missing and remembers its store."""
         digest = hashlib.sha256(json.dumps(vars(address), sort_keys=True).encode()).hexdigest()[:12]
         spool = cls(root / digest)
+        if not create:
+            return spool
         if not (spool.folder / _STORE).exists():
             spool.folder.mkdir(parents=True, exist_ok=True)
             spool._write(_STORE, json.dumps(vars(address), indent=2).encode())

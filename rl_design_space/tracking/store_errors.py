@@ -14,6 +14,7 @@ from filelock import Timeout
 from rl_design_space._secrets import without_secrets
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import StoreAddress, is_server, sqlite_path
+from rl_design_space.tracking.read_only import not_writable, unwritable
 
 #: Words in the messages of databases whose trouble is transient.
 _TRANSIENT_WORDS = ("locked", "busy", "full", "connection", "connect", "starting up", "shutting down", "i/o")
@@ -47,6 +48,9 @@ def as_tracking_error(uri: str, error: Exception) -> ConfigError | StoreUnavaila
     # However little memory makes itself felt: a shared library that cannot be mapped is an ImportError without a name.
     if isinstance(error, (MemoryError, SystemError)) or (isinstance(error, ImportError) and not error.name):
         return ConfigError(f"MLflow cannot be loaded, perhaps for want of memory: {first_line(error)}")
+    path = sqlite_path(uri)
+    if path and (reason := unwritable(path)) and _is_about_writing(error):
+        return not_writable(path.parent, reason)
     return ConfigError.at("tracking.uri", uri, f"cannot be used: {first_line(error)}")
 
 
@@ -124,6 +128,12 @@ def deleted_experiment(key: str, name: str, uri: str, experiment: object) -> Con
 def missing_experiment(address: StoreAddress) -> ConfigError:
     """Return the error for a store without the experiment of the design points."""
     return ConfigError.at("tracking.experiment", address.experiment, f"there is no such experiment in {address.uri}")
+
+
+def _is_about_writing(error: Exception) -> bool:
+    if isinstance(error, OSError):
+        return error.errno in (errno.EROFS, errno.EACCES)
+    return any(words in str(error) for words in ("readonly database", "unable to open database file"))
 
 
 def _access_status(error: Any) -> int | None:

@@ -17,6 +17,7 @@ from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
 from rl_design_space.tracking.mlflow_client import configure_mlflow
 from rl_design_space.tracking.queries import queries_of
+from rl_design_space.tracking.read_only import not_writable, unwritable
 from rl_design_space.tracking.run_files import DamagedFileError
 from rl_design_space.tracking.selection import named
 from rl_design_space.tracking.spool import Spool, is_point
@@ -72,8 +73,8 @@ def status(options: MlflowTracking) -> StoreStatus:
     if database and not database.exists() and not Path(options.spool).exists():
         raise ConfigError.at("tracking.uri", options.uri, "no run has been recorded there yet; outputs=DIR looks there")
     runs = queries_of(options.address).counts()
-    spool = Spool.of(Path(options.spool), options.address)
-    pending = spool.pending()
+    spool = Spool.of(Path(options.spool), options.address, create=False)
+    pending = spool.pending() if spool.folder.exists() else []
     return StoreStatus(runs, len(pending), sum(map(is_point, pending)), spool.quarantined(), _sizes(options))
 
 
@@ -88,6 +89,8 @@ def compact(options: MlflowTracking) -> Compaction:
         raise ConfigError.at("tracking.uri", options.uri, "only a SQLite database is compacted; for others: mlflow gc")
     if not database.exists():
         raise ConfigError.at("tracking.uri", options.uri, "no run has been recorded there yet")
+    if reason := unwritable(database):
+        raise not_writable(database.parent, reason)
     before, deleted = _size([database]), queries_of(options.address).counts().deleted
     configure_mlflow()
     collector = [sys.executable, "-m", "mlflow", "gc"]

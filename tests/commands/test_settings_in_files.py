@@ -66,6 +66,8 @@ FILES = {
     "setup/nameless.yaml": "# @package _global_\nstudy: {blocks: {a: {seed: '1,2'}}}",
     "setup/searching.yaml": "# @package _global_\nhydra: {sweeper: {params: {seed: '1,2'}}}",
     "setup/misplaced.yaml": "# @package _global_\nhydra: {sweeper: {params: {threads: 1}}}",
+    "setup/misspelt.yaml": "# @package _global_\nhydra: {sweeper: {parms: {seed: '1,2'}}}",
+    "setup/listed.yaml": "# @package _global_\nhydra: {sweeper: {params: {seed: [1, 2]}}}",
 }
 ALL = tuple(SETTINGS)
 SWEEP = ("-m", "task.trials=3,4", "learner.alpha=0.2")
@@ -169,11 +171,19 @@ def test_points_and_settings_are_those_of_hydra(arguments: str, points: int, fol
             "study=recording",
             "study recording, block a: tracking=none: a setting applies to the whole sweep; give it on",
         ),
+        ("+setup=misspelt", "hydra.sweeper.parms: no such key in DesignSweeper; did you mean hydra.sweeper.params?"),
+        ("+hydra.launcher.dump=true", "hydra.launcher.dump: no such key in DesignLauncher; did you mean hydra.launch"),
+        (
+            "-m +setup=listed",
+            "seed=[1, 2]: should be a valid integer, not a list; values without brackets make a sweep: seed=1,2, in a "
+            'file seed: "1,2"',
+        ),
+        ("-m shard=0 seed=1,2", "shard=0: should be i/N, from 1/N to N/N"),
         ("+setup=nameless", "study: has no name; write it to study/NAME.yaml"),
         ("plan=true --config-name other hydra/sweeper=basic", "plan=true needs hydra/sweeper=design, not basic"),
     ],
 )
-def test_a_setting_of_some_points_only_is_refused_by_its_key(arguments: str, message: str, folder: Path):
+def test_what_does_not_apply_to_all_points_is_refused_by_its_key(arguments: str, message: str, folder: Path):
     with (
         pytest.raises(ConfigError, match=f"^{re.escape(message)}"),
         composed(*arguments.split()) as (line, _, config, _),

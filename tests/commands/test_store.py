@@ -201,3 +201,16 @@ def test_a_store_that_does_not_exist_has_no_status_and_is_not_created(say, outpu
     ):
         words.run("store", ["status", f"outputs={outputs}/typo"])
     assert not (outputs / "typo").exists()
+
+
+def test_the_usage_names_what_belongs_to_each_action(say):
+    status, output = say("store", "--help")
+    assert status == 0
+    for usage in ("status [--check]", "forget RUN_ID ...", "forget --damaged", "compact"):
+        assert f"rl-design-space store {usage} [KEY=VALUE ...]\n" in output
+
+
+def test_the_usage_of_a_comparison_names_its_sides_before_the_flag_that_would_take_them(capsys):
+    with pytest.raises(SystemExit):
+        figure_words.main("compare", ["--help"])
+    assert capsys.readouterr().out.startswith("usage: rl-design-report compare A B [--where KEY=VALUE ...] ")

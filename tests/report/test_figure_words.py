@@ -239,6 +239,8 @@ def test_a_command_writes_a_picture_with_its_numbers(word: str, outputs: Path):
         assert len(list(csv.DictReader(file))) > 2
     text = paths[3].read_text(encoding="utf-8")
     assert f"Made by `rl-design-report {word} " in text
+    # One of them has no partner.
+    assert f" from {'4 of 5 runs' if word == 'compare' else '5 runs'}, 6 periods a point." in text
     assert ("Hatched: 1 of 6 cells" in text) == (word == "heatmap")
 
 

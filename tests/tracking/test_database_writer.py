@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import asdict, replace
 from pathlib import Path
+from time import sleep
 
 import pytest
 import sqlalchemy
@@ -14,11 +16,14 @@ import sqlalchemy
 from rl_design_space.learning.measures import CURVES_ON_DEMAND
 from rl_design_space.plan.plan import Plan
 from rl_design_space.tracking import database_tables
+from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.client_writer import ClientWriter
+from rl_design_space.tracking.database import DatabaseQueries
+from rl_design_space.tracking.database_runs import DatabaseRuns
 from rl_design_space.tracking.database_writer import DatabaseWriter
 from rl_design_space.tracking.delivery import deliver_all
 from rl_design_space.tracking.locks import locks_at, locks_path
-from rl_design_space.tracking.spool import Spool
+from rl_design_space.tracking.spool import Spool, is_point
 from rl_design_space.tracking.store_writer import open_writer
 from rl_design_space.tracking.tracker import SweepEnding
 from tests.servers import Postgres, needs_postgres
@@ -127,9 +132,43 @@ def test_sqlite_holds_what_the_client_writes(recorded: Spool, database: Path, by
     check((found, files(database.parent)), by_client)
 
 
+@pytest.fixture(scope="module")
+def in_postgres(recorded: Spool, postgres: Postgres, tmp_path_factory: pytest.TempPathFactory) -> tuple:
+    """URI of a database in PostgreSQL, and the rows and files that were written into it."""
+    folder, uri = tmp_path_factory.mktemp("postgres"), postgres.create()
+    found = delivered(copy_of(recorded, uri, folder), DatabaseWriter)
+    return uri, found, files(folder)
+
+
 @needs_postgres
-def test_postgresql_holds_what_the_client_writes(recorded: Spool, tmp_path: Path, postgres: Postgres, by_client: tuple):
-    found = delivered(copy_of(recorded, postgres.create(), tmp_path), DatabaseWriter)
+def test_postgresql_holds_what_the_client_writes(in_postgres: tuple, by_client: tuple):
+    _, found, written = in_postgres
     # Statistics that SQLite's query planner keeps.
     expected, kept = by_client
-    check((found, files(tmp_path)), ({name: values for name, values in expected.items() if name in found}, kept))
+    check((found, written), ({name: values for name, values in expected.items() if name in found}, kept))
+
+
+@needs_postgres
+def test_two_machines_record_a_point_once_in_postgresql(
+    recorded: Spool, in_postgres: tuple, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Without a lock, both find nothing, and both write a run before either is committed."""
+    uri, *_ = in_postgres
+    find = DatabaseRuns.find
+
+    def slow(*arguments: object, **others: object) -> dict[str, str]:
+        found = find(*arguments, **others)
+        sleep(0.5)
+        return found
+
+    monkeypatch.setattr(DatabaseRuns, "find", slow)
+    point = recorded.read(next(filter(is_point, recorded.pending())))
+    spools = [Spool.of(tmp_path / name, StoreAddress(uri, "twice", "sweeps")) for name in ("one", "other")]
+    for started, spool in enumerate(spools):
+        spool.write(replace(point, content={**point.content, "started": started, "tags": {f"study.{started}": "true"}}))
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(lambda spool: deliver_all(spool, 20), spools)) == ["", ""]
+    queries = DatabaseQueries(spools[0].address)
+    (run,) = queries.runs()
+    queries._connections.dispose()
+    assert {"study.0", "study.1"} <= run.tags.keys()

@@ -6,19 +6,23 @@ import json
 import re
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
-from threading import Thread
+from threading import Barrier, Thread
 from time import sleep
+from typing import Any
 
 import pytest
 import requests
 
+from rl_design_space.tracking.delivery import deliver_all
 from tests.command_runner import PATIENCE, Completed, commands_in, finished, started, wait_until
 from tests.servers import MlflowServer, Postgres, needs_postgres
 from tests.service import free_port
 from tests.tracking.faults import Sabotage
-from tests.tracking.stores import import_mlflow
+from tests.tracking.stores import import_mlflow, learned, undelivered_tracker_at
 
 pytestmark = needs_postgres
 
@@ -137,6 +141,38 @@ def test_a_server_that_is_killed_and_restarted_gets_every_point_once(
     recorded.check(POINTS)
     finished_run = next(run.info.run_id for run in runs if run.info.status == "FINISHED")
     assert command("rerun", finished_run, *sweep[-4:]).stdout.startswith("identical: ")
+
+
+@pytest.fixture
+def meeting(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have two deliveries wait for each other after both have looked for the point."""
+    import_mlflow()
+    from mlflow import MlflowClient
+
+    barrier, create_run = Barrier(2, timeout=PATIENCE), MlflowClient.create_run
+
+    def delayed(*arguments: Any, **others: Any) -> Any:
+        barrier.wait(timeout=PATIENCE)
+        return create_run(*arguments, **others)
+
+    monkeypatch.setattr(MlflowClient, "create_run", delayed)
+
+
+def test_two_machines_record_a_point_once_on_a_real_server(mlflow_server: MlflowServer, tmp_path: Path, meeting: None):
+    planned, curves = learned()
+    spools = []
+    for name in ("one", "other"):
+        tracker = undelivered_tracker_at(
+            tmp_path / "none.db", uri=mlflow_server.uri, experiment="twice", spool=str(tmp_path / name)
+        )
+        tracker.record(replace(planned, studies=(name,)), curves)
+        spools.append(tracker._spool)
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(lambda spool: deliver_all(spool, PATIENCE), spools)) == ["", ""]
+    found = Recorded(mlflow_server.uri, "twice").check(1)
+    assert len(found) == 2
+    kept = next(run for run in found if run.info.status == "FINISHED")
+    assert {"study.one", "study.other"} <= kept.data.tags.keys()
 
 
 def credentials(server: MlflowServer) -> dict[str, str]:

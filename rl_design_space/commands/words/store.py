@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from rl_design_space.tracking import MlflowTracking
     from rl_design_space.tracking.run_files import DamagedFileError
 
+_USAGE = """rl-design-space store status [--check] [KEY=VALUE ...]
+       rl-design-space store forget RUN_ID ... [KEY=VALUE ...]
+       rl-design-space store forget --damaged [KEY=VALUE ...]
+       rl-design-space store compact [KEY=VALUE ...]"""
 _EPILOG = """actions:
   status     what the store holds; with --check, also read every file and name the damaged ones (exit status 1)
   forget     delete runs in MLflow, by id or because they are damaged (--damaged); the next sweep learns their points
@@ -29,6 +33,7 @@ def main(arguments: Sequence[str]) -> None:
     """
     parser = argparse.ArgumentParser(
         prog="rl-design-space store",
+        usage=_USAGE,
         description=__doc__,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,

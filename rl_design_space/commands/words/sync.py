@@ -14,7 +14,7 @@ def main(arguments: Sequence[str]) -> None:
     Records that a store has refused are tried again.
 
     Raises:
-        ConfigError: a store cannot be used.
+        ConfigError: a store cannot be used, or the records cannot be removed once they are delivered.
     """
     parser = argparse.ArgumentParser(prog="rl-design-space sync", description=__doc__)
     parser.add_argument(
@@ -24,10 +24,12 @@ def main(arguments: Sequence[str]) -> None:
     )
     overrides = parser.parse_args(arguments).overrides
 
+    from rl_design_space._paths import why_unwritable
     from rl_design_space._secrets import without_secrets
     from rl_design_space.commands.terminal import console, counted
     from rl_design_space.run.settings import store_of
     from rl_design_space.tracking.delivery import deliver_all
+    from rl_design_space.tracking.read_only import not_writable
     from rl_design_space.tracking.spool import Spool
 
     options = store_of(overrides)
@@ -38,6 +40,8 @@ def main(arguments: Sequence[str]) -> None:
         pending, quarantined = len(spool.pending()), set(spool.quarantined())
         if not pending:
             continue
+        if reason := why_unwritable(spool.folder):
+            raise not_writable(spool.folder, reason)
         console.print(
             f"{counted(pending, 'record')} for {without_secrets(spool.address.uri)} …", markup=False, soft_wrap=True
         )

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import argparse
 import signal
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rl_design_space.tracking import MlflowTracking
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -38,20 +43,44 @@ def show(overrides: Sequence[str], port: int) -> None:
         ConfigError: nothing is recorded, the store cannot be used, or the port is in use.
         KeyboardInterrupt: raised after the server has stopped.
     """
-    from rl_design_space.commands.terminal import console
     from rl_design_space.run.settings import settings_of, store_of
+
+    with _writable(store_of(overrides)) as tracking:
+        _serve(tracking, port, Path(settings_of(overrides).outputs) / "artifacts")
+
+
+@contextmanager
+def _writable(tracking: MlflowTracking) -> Iterator[MlflowTracking]:
+    """Replace a database that cannot be written to by a copy: MLflow's UI writes to it."""
+    from rl_design_space.commands.terminal import console
+    from rl_design_space.tracking.address import SQLITE, sqlite_path
+    from rl_design_space.tracking.read_only import unwritable, writable_copy
+
+    database = sqlite_path(tracking.uri)
+    if database is None or not database.exists() or not (reason := unwritable(database)):
+        yield tracking
+        return
+    with writable_copy(database) as copy:
+        text = (
+            f"{database.parent} cannot be written to ({reason}): MLflow's UI shows a copy; changes made in it are lost"
+        )
+        console.print(text, soft_wrap=True, markup=False)
+        yield replace(tracking, uri=f"{SQLITE}{copy}")
+
+
+def _serve(tracking: MlflowTracking, port: int, artifacts: Path) -> None:
+    from rl_design_space.commands.terminal import console
     from rl_design_space.tracking.address import mlflow_uri
     from rl_design_space.tracking.ui_links import find_pages
     from rl_design_space.tracking.ui_server import serving
 
-    tracking = store_of(overrides)
     found = find_pages(tracking)
     if tracking.address.is_server:
         _print(found.links(tracking.uri))
         return
     with (
         console.status("MLflow's server is starting"),
-        serving(mlflow_uri(tracking.address.uri), port, Path(settings_of(overrides).outputs) / "artifacts") as address,
+        serving(mlflow_uri(tracking.address.uri), port, artifacts) as address,
     ):
         console.print(f"MLflow's UI at {address}; Ctrl-C ends it", soft_wrap=True)
         _print(found.links(address))
