@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from mlflow.entities import FileInfo, Run, RunInfo
 
 _API = "/api/2.0/mlflow/runs"
+#: Tag with the user who records.
+_USER = "mlflow.user"
 
 
 class ServerRuns(ClientRuns):
@@ -23,6 +25,17 @@ class ServerRuns(ClientRuns):
     """
 
     in_flight = 4
+
+    def create(self, experiment: str, name: str, started: int, tags: Mapping[str, str]) -> RunInfo:
+        """Create a RUNNING run, see `ClientRuns.create`."""
+        body = {
+            "experiment_id": experiment,
+            "user_id": tags.get(_USER, "unknown"),
+            "run_name": name,
+            "start_time": started,
+            "tags": [{"key": key, "value": value} for key, value in tags.items()],
+        }
+        return _run(self._post("create", body)["run"]).info
 
     def find(self, experiment: str, tag: str, value: str) -> Sequence[Run]:
         """Return the runs of an experiment that have a tag with a value, without metrics and params."""
