@@ -1,4 +1,4 @@
-"""Verdicts on claims: tests of their parts, and decisions on all claims of a study."""
+"""Verdicts on claims: decisions on the tested parts of several claims."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from enum import StrEnum
 
 import numpy as np
 
-from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.statistics import percentile_interval
+from rl_design_space.analysis.tested import Tested, all_chances, exact, in_range
 
-#: Probability of any wrong verdict among the claims of a study.
+__all__ = ["ERROR", "Finding", "Tested", "Verdict", "exact", "holm", "in_range", "judge"]
+
+#: Probability of any wrong verdict among the claims that are judged together.
 ERROR = 0.05
 
 
@@ -22,61 +23,6 @@ class Verdict(StrEnum):
     REPRODUCED = "reproduced"
     NOT_REPRODUCED = "not reproduced"
     UNDECIDED = "undecided"
-
-
-@dataclass(frozen=True)
-class Tested:
-    """A statistic tested against the range that a claim gives for it.
-
-    Attributes:
-        what: description of the statistic.
-        low, high: the range, both ends included.
-        value: measured value.
-        ci_low, ci_high: its 95 % bootstrap interval over periods.
-        p_claim: probability of such data if the claim does not hold: share of resamples outside of the range.
-        p_other: probability of such data if the claim holds: share of resamples inside.
-    """
-
-    what: str
-    low: float
-    high: float
-    value: float
-    ci_low: float
-    ci_high: float
-    p_claim: float
-    p_other: float
-
-    @property
-    def state(self) -> str:
-        """Whether the part `holds`, `fails`, or is `unclear`, according to its interval."""
-        if self.low <= self.ci_low and self.ci_high <= self.high:
-            return "holds"
-        return "fails" if self.ci_high < self.low or self.ci_low > self.high else "unclear"
-
-
-def in_range(what: str, value: float, samples: FloatArray, low: float, high: float) -> Tested:
-    """Test with bootstrap samples whether a statistic lies in a range.
-
-    Args:
-        what: description of the statistic.
-        value: measured value.
-        samples: (resamples,) bootstrap samples.
-        low: lower end of the range; may be minus infinity.
-        high: upper end of the range; may be infinity.
-    """
-    if np.isnan(samples).any() or math.isnan(value):  # such as 0 / 0: undecided
-        return Tested(what, low, high, value, math.nan, math.nan, p_claim=1.0, p_other=1.0)
-    inside = float(((samples >= low) & (samples <= high)).mean())
-    least = 1 / (len(samples) + 1)  # resampling cannot prove a probability of 0
-    ci_low, ci_high = percentile_interval(samples)
-    chances = (max(1 - inside, least), max(inside, least))
-    return Tested(what, low, high, value, float(ci_low), float(ci_high), *chances)
-
-
-def exact(what: str, value: float, low: float, high: float) -> Tested:
-    """Test a statistic that does not depend on chance."""
-    holds = low <= value <= high
-    return Tested(what, low, high, value, value, value, float(not holds), float(holds))
 
 
 @dataclass(frozen=True)
@@ -97,7 +43,7 @@ class Finding:
 
 
 def judge(claims: Mapping[str, Sequence[Tested]]) -> dict[str, Finding]:
-    """Judge the claims of one study; return findings by name.
+    """Judge claims together, such as those of one study; return findings by name.
 
     A claim holds if all of its parts hold, and fails if any part fails (Bonferroni over the parts). A verdict requires
     a two-sided error probability below 5 % after Holm's correction over the claims (Scand. J. Statist. 6, 1979).
@@ -105,7 +51,7 @@ def judge(claims: Mapping[str, Sequence[Tested]]) -> dict[str, Finding]:
     Args:
         claims: the tested parts of each claim; none if nothing was measured.
     """
-    chances = {name: _chances(parts) for name, parts in claims.items() if parts}
+    chances = {name: all_chances(parts) for name, parts in claims.items() if parts}
     adjusted = holm({name: min(1.0, 2 * min(both)) for name, both in chances.items()})
     findings = {}
     for name, parts in claims.items():
@@ -127,7 +73,3 @@ def holm(chances: Mapping[str, float]) -> dict[str, float]:
     ranked = sorted(chances, key=lambda name: chances[name])
     scaled = [min(1.0, (len(ranked) - rank) * chances[name]) for rank, name in enumerate(ranked)]
     return dict(zip(ranked, np.maximum.accumulate(scaled).tolist(), strict=True)) if ranked else {}
-
-
-def _chances(parts: Sequence[Tested]) -> tuple[float, float]:
-    return max(part.p_claim for part in parts), min(1.0, len(parts) * min(part.p_other for part in parts))

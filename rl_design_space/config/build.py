@@ -58,6 +58,8 @@ def build_component(config: DictConfig, key: str) -> Any:
 def build(key: str, node: Any) -> Any:
     """Build a value from a node of plain Python values: an instance of its `_target_`, or the node itself.
 
+    Options inside of it are built as well, unless the class says with `builds_options` that it does so itself.
+
     Args:
         key: key of the node in the config, for messages.
         node: the node.
@@ -73,7 +75,7 @@ def build(key: str, node: Any) -> Any:
     check_fields(key, kind, node)
     try:
         if key not in _CHOICES:
-            return instantiate(node, _convert_="all")
+            return instantiate(node, _convert_="all", _recursive_=not getattr(kind, "builds_options", False))
         prepared = instantiate(node, _convert_="all", _partial_=True)
         values = {name: _as_value(value) for name, value in prepared.keywords.items()}
         component = prepared.func(**values)

@@ -7,9 +7,10 @@ A function whose first argument is called `periods` returns a number for each pe
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pkgutil import resolve_name
 from traceback import extract_tb
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -41,17 +42,17 @@ def own_measure(name: str, parameters: Mapping[str, Any]) -> Measure:
     )
 
 
-def _imported(name: str) -> Callable[..., Any]:
+def _imported(name: str) -> FunctionType:
     try:
         function = resolve_name(name)
     except Exception as error:  # a module may raise anything when it is imported
         raise ConfigError(f"measure {name}: cannot be imported: {error}") from error
-    if not inspect.isfunction(function):
+    if not isinstance(function, FunctionType):
         raise ConfigError.at("measure", name, _EXPECTED)
     return function
 
 
-def _first_argument(name: str, function: Callable[..., Any], parameters: Mapping[str, Any]) -> str:
+def _first_argument(name: str, function: FunctionType, parameters: Mapping[str, Any]) -> str:
     """Return the name of the first argument of a function.
 
     Raises:
@@ -72,12 +73,12 @@ def _first_argument(name: str, function: Callable[..., Any], parameters: Mapping
     return first
 
 
-def _of_periods(name: str, function: Callable[..., Any], parameters: Mapping[str, Any], periods: Periods) -> FloatArray:
+def _of_periods(name: str, function: FunctionType, parameters: Mapping[str, Any], periods: Periods) -> FloatArray:
     return _called(name, function, parameters, periods, periods.steps.shape[:1])
 
 
 def _called(
-    name: str, function: Callable[..., Any], parameters: Mapping[str, Any], data: object, shape: tuple[int, ...]
+    name: str, function: FunctionType, parameters: Mapping[str, Any], data: object, shape: tuple[int, ...]
 ) -> FloatArray:
     """Return what a function computes.
 
@@ -89,7 +90,8 @@ def _called(
     except ConfigError:
         raise
     except Exception as error:  # the function may raise anything
-        place = extract_tb(error.__traceback__)[-1]
+        own = [each for each in extract_tb(error.__traceback__) if each.filename == function.__code__.co_filename]
+        place = (own or extract_tb(error.__traceback__))[-1]
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise ConfigError(f"measure {name}: {reason} ({place.filename}:{place.lineno})") from error
     if values.dtype.kind not in "biuf" or values.shape != shape:

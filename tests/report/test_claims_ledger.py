@@ -9,11 +9,13 @@ import pandas as pd
 import pytest
 
 from rl_design_space.analysis.claims import Verdict
+from rl_design_space.config.build import build
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_overrides
-from rl_design_space.report.claims_ledger import ClaimsLedger, claims_frame, parts_frame
+from rl_design_space.report import ClaimsLedger
+from rl_design_space.report.claims_judged import claims_frame, parts_frame
 from rl_design_space.report.runs import Runs
 from tests.report.readers import LearningReader, unpadded
 
@@ -36,7 +38,8 @@ def ratio(low: float, **more: object) -> dict:
 
 def ledger(**claims: list) -> ClaimsLedger:
     nodes = {name: {"statement": f"says {name}", "study": "mine", "parts": parts} for name, parts in claims.items()}
-    return ClaimsLedger(title="Claims", common={"exploration": "linear"}, claims=nodes)
+    values = {"title": "Claims", "common": {"exploration": "linear"}, "claims": nodes}
+    return build("study.report", {"_target_": "rl_design_space.report.ClaimsLedger", **values})
 
 
 def judged(study: Study, missing: tuple[str, ...] = (), **claims: list):
@@ -88,7 +91,7 @@ def test_a_ledger_without_any_run_is_drawn(study: Study, tmp_path: Path):
 @pytest.mark.parametrize(
     ("part", "message"),
     [
-        (ratio(1.5, measure="speed"), "claims.a.parts.0.measure=speed: should be among total_steps"),
+        (ratio(1.5, measure="speed"), "claims.a.parts.0.measure: speed: no such measure (there is"),
         (ratio(1.5, lo=1.0), "lo: no such key"),
         ({"_target_": "nowhere.Part"}, "claims.a.parts.0._target_=nowhere.Part: cannot be imported"),
         (ratio(1.5, point={"world.size": 4, "world.siz": 1}), "world.siz: no such parameter"),
@@ -114,10 +117,12 @@ def test_every_claim_of_the_paper_is_in_the_ledger():
 def test_every_part_of_every_claim_finds_its_points():
     # With points so small that nothing can be said of the claims themselves.
     with shipped_config():
-        study = load_study("claims", ("task.periods=2", "task.trials=4", "task.max_steps=50"))
+        study = load_study("claims", ("task.periods=2", "task.trials=31", "task.max_steps=50"))
     found = study.report().judged(Runs.of_study(study, LearningReader(study.plan)))
     assert {each.name: each.missing for each in found if each.missing} == {}
+    assert {each.name: each.later_missing for each in found if each.later_missing} == {}
     assert {each.name for each in found if not each.finding.parts} == {"s4-a"}
+    assert {each.name for each in found if each.later and not each.later.parts} == {"s3.5-b", "s4-a"}
 
 
 def test_a_part_is_read_from_plain_yaml(study: Study):

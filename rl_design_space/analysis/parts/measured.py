@@ -1,0 +1,99 @@
+"""Measures of recorded points under weightings of their periods.
+
+The unit is the period. Points of equal size have the same layouts, so all of them are resampled with the same weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeAlias
+
+import numpy as np
+from pydantic import AfterValidator
+
+from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.bounds import Bounds
+from rl_design_space.analysis.censoring import Censored
+from rl_design_space.analysis.statistics import resample_weights, share_estimate
+from rl_design_space.config.measure_name import MeasureName
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measure_spec import parsed
+from rl_design_space.learning.measures import measure
+from rl_design_space.learning.result import LearningCurves
+
+EVEN, ODD = slice(0, None, 2), slice(1, None, 2)
+
+
+def _smallest_is_best(name: str) -> str:
+    if measure(name).largest_is_best:
+        raise ValueError("the largest value of this measure is the best; should be one of which the smallest is")
+    return name
+
+
+Measure: TypeAlias = MeasureName
+#: A measure whose smallest value is the best.
+Cost = Annotated[MeasureName, AfterValidator(_smallest_is_best)]
+
+
+def measured(name: str, recorded: LearningCurves, weights: FloatArray) -> Bounds:
+    """Return a measure of a point under each weighting of the periods.
+
+    Raises:
+        ConfigError: the weights are those of points with another number of periods.
+        LookupError: the point has too few trials for this measure, as in a quick look.
+    """
+    if len(recorded.steps) != weights.shape[1]:
+        raise ConfigError(
+            f"seed, task.periods: points of {weights.shape[1]} and {len(recorded.steps)} periods cannot be compared in "
+            "pairs; a claim needs points with the same seeds and numbers of periods"
+        )
+    spec, trials = parsed(name), recorded.steps.shape[1]
+    if spec.name == "steps_after" and spec.value >= trials:
+        raise LookupError(f"{name}: there are only {trials} trials")
+    found = Censored.of(measure(name), recorded, weights)
+    samples = found.values
+    return Bounds(samples, np.where(found.at_least, np.inf, samples) if found.at_least.any() else samples)
+
+
+def share_ends(name: str, recorded: LearningCurves) -> tuple[float, float] | None:
+    """Return the ends of the Wilson interval of a share that is 0 or 1 in every period; None of any other measure."""
+    found = measure(name)
+    values = found.each(recorded) if found.meaning.startswith("share of") else None
+    if values is None or not ((values == 0).all() or (values == 1).all()):
+        return None
+    _, low, high = share_estimate(values.astype(bool))
+    return low, high
+
+
+def value(name: str, recorded: LearningCurves, half: slice = slice(None)) -> float:
+    """Return a measure of a point on all or some of its periods."""
+    return float(measured(name, recorded, equal(len(recorded.steps), half)).low[0])
+
+
+def weightings(recorded: LearningCurves, half: slice | None = None) -> tuple[FloatArray, FloatArray]:
+    """Return equal weights of the periods, and weights of resamples; 0 outside of `half` if it is given."""
+    periods = len(recorded.steps)
+    if half is None:
+        return equal(periods, slice(None)), resample_weights(periods)
+    chosen = np.arange(periods)[half]
+    resampled = np.zeros((0, 0)) if not len(chosen) else resample_weights(len(chosen))
+    weights = np.zeros((len(resampled), periods))
+    weights[:, chosen] = resampled
+    return equal(periods, half), weights
+
+
+def equal(periods: int, half: slice) -> FloatArray:
+    """Return equal weights of some periods, 0 of the others: (1, periods)."""
+    weights = np.zeros((1, periods))
+    weights[:, half] = 1.0
+    equal: FloatArray = weights / weights.sum()
+    return equal
+
+
+def at_the_edge(parameter: str, values: Mapping[Any, object], best: Any, what: str = "best value") -> tuple[str, ...]:
+    """Return a remark if a value is the first or last of a grid of numbers: better ones may lie outside of it."""
+    if len(values) < 2 or not all(type(each) in (int, float) for each in values):
+        return ()
+    if best not in (min(values), max(values)):
+        return ()
+    return (f"the {what}, {parameter} = {best:g}, lies at the edge of its grid",)
