@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType
 
-from benchmarks import browse, roofline, scaling, scaling_plot, start, sweep, tracking, waits, writers
+from benchmarks import browse, reports, roofline, scaling, scaling_plot, start, sweep, tracking, waits, writers
 from benchmarks.client import ROOT
 from benchmarks.peers import PEERS
 from benchmarks.race import Setting, race
@@ -31,7 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few rounds: shows that all works, times are rough")
-    parser.add_argument("--only", choices=PARTS, help="one part of the seven")
+    parser.add_argument("--only", choices=PARTS, help="one of the parts")
     parser.add_argument("--outputs", type=Path, default=ROOT / "outputs" / "benchmarks", help="folder for the results")
     parser.add_argument("--rounds", type=int, help="timed rounds of every part")
     parser.add_argument("--peers", nargs="+", default=PEERS, metavar="NAME", help=f"of {', '.join(PEERS)}")
@@ -81,6 +81,19 @@ def _tracking(chosen: argparse.Namespace) -> int:
     return 0
 
 
+def _reports(chosen: argparse.Namespace) -> int:
+    results = Results(chosen.outputs, "reports", "How long one waits for reports and for 10,000 runs")
+    calls = reports.measure(
+        chosen.rounds or (1 if chosen.quick else 3),
+        console.print,
+        periods=10 if chosen.quick else 500,
+        runs=500 if chosen.quick else 10_000,
+    )
+    frame = reports.summary(calls)
+    results.save(frame, reports.text_of(frame), calls)
+    return 0
+
+
 def _part(name: str, module: ModuleType, title: str, chosen: argparse.Namespace, rounds: int = 9) -> int:
     """A part that is nothing but measuring and a table."""
     results = Results(chosen.outputs, name, title)
@@ -98,6 +111,7 @@ PARTS: dict[str, Callable[[argparse.Namespace], int]] = {
     "tracking": _tracking,
     "sweep": partial(_part, "sweep", sweep, "What a point of a sweep costs beside learning and recording"),
     "browse": partial(_part, "browse", browse, "How long one waits at 10,000 runs", rounds=3),
+    "reports": _reports,
 }
 
 if __name__ == "__main__":

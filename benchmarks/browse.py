@@ -51,7 +51,7 @@ def measure(
     """
     rows = []
     with TemporaryDirectory() as folder:
-        database, experiment = _filled(Path(folder), runs, learned)
+        database, experiment = filled(Path(folder), runs, learned)
         report(f"browse: {runs:,} runs, {database.stat().st_size / 2**20:,.0f} MiB")
         for round_ in range(rounds):
             with serving(f"sqlite:///{database}", _PORT, Path(folder) / "artifacts") as address:
@@ -123,7 +123,7 @@ def _chart(address: str, ids: list[str]) -> None:
         raise RuntimeError(f"{CURVES[0]}: the server does not have it of all runs")
 
 
-def _filled(folder: Path, runs: int, learned: int) -> tuple[Path, str]:
+def filled(folder: Path, runs: int, learned: int) -> tuple[Path, str]:
     """Return a database with learned runs and copies of them, and the id of their experiment."""
     run([sys.executable, "-m", "rl_design_space", "-m", f"seed=range(0,{learned})", f"outputs={folder}"])
     path = folder / "mlflow.db"

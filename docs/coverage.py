@@ -1,7 +1,8 @@
 """Measure how often intervals over several seeds hold the true mean: `python -m docs.coverage`.
 
 Prints the table of docs/decisions/0016-several-seeds.md: 30 periods of a small task, divided among 1 to 30 seeds,
-learned by the kernel and resampled in four ways. Takes about ten minutes.
+learned by the kernel and resampled in four ways. Takes about ten minutes. With `--tails` it prints that of
+docs/decisions/0023-heavy-tails.md: samples of real periods of cells of Table 4.
 """
 
 from __future__ import annotations
@@ -9,13 +10,15 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
+from scipy import stats
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.averaging import mean_of_runs
 from rl_design_space.analysis.pooling import Repetition
-from rl_design_space.analysis.statistics import percentile_interval
+from rl_design_space.analysis.statistics import mean_estimate, percentile_interval
 from rl_design_space.design import DesignPoint, Direction, Linear, Task, Torus
 from rl_design_space.learning import simulate
 
@@ -32,6 +35,13 @@ _DESIGNS = {
         world=Torus(size=5), task=_TASK, exploration=Linear(k=0.05), representation=Direction(goals="all")
     ),
 }
+#: Goals that a direction observes, size and number of goals of the cells of Table 4, and numbers of periods.
+_CELLS: list[tuple[Literal["all", "remaining"], int, int]] = [
+    *(("remaining", 10, goals) for goals in (1, 2, 3)),
+    *(("all", 10, goals) for goals in (2, 3)),
+    *(("remaining", 20, goals) for goals in (2, 3)),
+]
+_SIZES = (500, 5000, 10_000, 20_000, 40_000)
 #: (seeds, periods) values to the ends of an interval of their mean.
 Interval = Callable[[FloatArray], tuple[float, float]]
 
@@ -92,7 +102,12 @@ def main() -> None:
     """Print a Markdown table of shares of intervals that hold the true mean, and their mean widths."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=1000, help="samples for each cell (default: %(default)s)")
-    samples = parser.parse_args().samples
+    parser.add_argument("--tails", action="store_true", help="of heavy tails, by number of periods")
+    arguments = parser.parse_args()
+    samples = arguments.samples
+    if arguments.tails:
+        print_tails(samples)
+        return
     truth = {name: learn(point, _TRUTH_SEED, _TRUTH_PERIODS).mean() for name, point in _DESIGNS.items()}
     print(f"| statistic | intervals by | {' | '.join(f'{n} × {_PERIODS // n}' for n in _SEEDS)} |")
     print(f"|---|---|{'---|' * len(_SEEDS)}")
@@ -115,6 +130,30 @@ def main() -> None:
                 cells.setdefault((statistic, method), []).append(f"{held:.1%} ({width:,.0f})")
     for (statistic, method), texts in cells.items():
         print(f"| {statistic} | {method} | {' | '.join(texts)} |")
+
+
+def print_tails(samples: int) -> None:
+    """Print how often the interval of a mean holds that of many periods, by cell of Table 4 and number of periods."""
+    print(f"| cell | skewness | {' | '.join(f'{size:,}' for size in _SIZES)} |")
+    print(f"|---|---|{'---|' * len(_SIZES)}")
+    for goals, size, n_goals in _CELLS:
+        point = DesignPoint(
+            world=Torus(size=size),
+            task=Task(goals=n_goals),
+            exploration=Linear(k=0.02),
+            representation=Direction(goals=goals),
+        )
+        every = learn(point, _TRUTH_SEED, _TRUTH_PERIODS if size == 10 else _TRUTH_PERIODS // 10)
+        held = [f"{_share_held(every, each, samples):.1%}" for each in _SIZES]
+        name = f"d = {size}, n = {n_goals}, {goals} goals"
+        print(f"| {name} | {stats.skew(every):.0f} | {' | '.join(held)} |", flush=True)
+
+
+def _share_held(every: FloatArray, size: int, samples: int) -> float:
+    """Return how often the interval of the mean of so many periods holds that of every period."""
+    rng = np.random.default_rng(size)
+    found = (mean_estimate(every[rng.integers(len(every), size=size)]) for _ in range(samples))
+    return float(np.mean([low <= every.mean() <= high for _, low, high in found]))
 
 
 def _sample(number: int, seeds: int) -> dict[str, FloatArray]:

@@ -62,8 +62,11 @@ def test_interpolations_of_the_table_can_be_resolved():
     assert list(config.option.values()) == [3.0, 10, 3.0, 1000, "default"]
 
 
-def test_the_study_of_another_page_has_points(planner: Planner):
-    (shown,) = re.findall(r"```yaml\n(blocks:.*?)```", (DOCS / "sweeps.md").read_text(encoding="utf-8"), re.DOTALL)
-    plan = plan_study("shown", OmegaConf.create({"study": yaml.safe_load(shown)}), (), planner)
-    assert len(plan) == 9
-    assert [dropped.constraint for dropped in plan.dropped] == ["goes_round"]
+def test_the_studies_of_another_page_have_points(planner: Planner):
+    shown = re.findall(r"```yaml\n(blocks:.*?)```", (DOCS / "sweeps.md").read_text(encoding="utf-8"), re.DOTALL)
+    nodes = [yaml.safe_load(text) for text in shown]
+    plans = [plan_study("shown", OmegaConf.create({"study": node}), (), planner) for node in nodes]
+    # Four points, of which half are directions: each as three readings, three pairs and a triple change it.
+    assert list(map(len, plans)) == [9, 4 + 2 * 3 + 2 * 7]
+    dropped = [[dropped.constraint for dropped in plan.dropped] for plan in plans]
+    assert dropped == [["goes_round"], ["variations"]]

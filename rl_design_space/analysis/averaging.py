@@ -11,22 +11,25 @@ import numpy as np
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.censoring import Bounded, Censored
 from rl_design_space.analysis.pooling import Pool, Repetition
-from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval
+from rl_design_space.analysis.statistics import Estimate, mean_estimate, mean_share_estimate, percentile_interval
 from rl_design_space.learning.measures import Measure
 from rl_design_space.learning.result import LearningCurves
 
 
-def mean_of_runs(runs: Sequence[FloatArray], repetitions: Sequence[Repetition]) -> Estimate:
-    """Return the mean over designs of the mean over their periods, with its 95 % bootstrap interval.
+def mean_of_runs(runs: Sequence[FloatArray], repetitions: Sequence[Repetition], *, of_shares: bool = False) -> Estimate:
+    """Return the mean over designs of the mean over their periods, with its 95 % interval.
 
     Args:
         runs: (periods,) values of each run.
         repetitions: where the periods of each run come from.
+        of_shares: whether the values are shares, see `mean_share_estimate`.
     """
     pool = Pool(repetitions, [len(run) for run in runs])
     designs = [pool.pooled(design, runs) for design in range(len(pool.designs))]
     if pool.is_one_sample:
-        return mean_estimate(designs[0])
+        return (mean_share_estimate if of_shares else mean_estimate)(designs[0])
+    if of_shares and len(known := np.unique(np.concatenate(designs))) == 1 and known[0] in (0, 1):
+        return mean_share_estimate(min(designs, key=len))  # which tells least
     return _with_interval(float(np.mean([values.mean() for values in designs])), pool, runs)
 
 
@@ -54,7 +57,7 @@ def estimate(measured: Measure, runs: Sequence[LearningCurves], repetitions: Seq
     """
     each = [values for run in runs if (values := measured.each(run)) is not None]
     if each:
-        return Bounded(*mean_of_runs(each, repetitions))
+        return Bounded(*mean_of_runs(each, repetitions, of_shares=measured.is_share))
     return _resampled([[(1, run)] for run in runs], measured, repetitions)
 
 

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.analysis.statistics import mean_estimate, percentile_interval, resample_weights
+from rl_design_space.analysis.statistics import (
+    mean_estimate,
+    mean_share_estimate,
+    percentile_interval,
+    resample_weights,
+)
 from rl_design_space.design import World
 from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
@@ -47,7 +52,7 @@ def curve_summary(recorded: LearningCurves) -> dict[str, float]:
     """Return scalars of a learning curve; means come with their 95 % intervals."""
     equal = np.full((1, len(recorded.steps)), 1 / len(recorded.steps))
     total, failed, final = (
-        mean_estimate(each)
+        (mean_share_estimate if measure(name).is_share else mean_estimate)(each)
         for name in ("total_steps", "failed_trials", "final_steps_over_optimum")
         if (each := measure(name).each(recorded)) is not None
     )

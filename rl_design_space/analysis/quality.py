@@ -64,13 +64,32 @@ def quality(schedules: Mapping[str, LearningCurves]) -> Quality:
 
 def _speed(steps: NDArray[Any], rng: np.random.Generator) -> Estimate:
     drawn = rng.integers(len(steps), size=(_RESAMPLES, len(steps)))
-    samples = np.array([_converged(np.median(steps[rows], axis=0)) for rows in drawn])
-    return _estimate(_converged(np.median(steps, axis=0)), samples)
+    medians = resampled_medians(steps, drawn)
+    return _estimate(float(_converged(np.median(steps, axis=0))), _converged(medians))
 
 
-def _converged(curve: FloatArray) -> float:
-    """Return the first trial from which on a curve stays near its final level."""
-    return float(converged(curve, np.median(curve[-FINAL_TRIALS:], keepdims=True)))
+def resampled_medians(values: NDArray[Any], drawn: NDArray[np.integer[Any]]) -> FloatArray:
+    """Return the medians of resamples of rows, (resamples, columns).
+
+    Each column is sorted once; where the middle of a resample lies, the numbers of times that rows were drawn tell.
+
+    Args:
+        values: (rows, columns)
+        drawn: (resamples, rows) rows of each resample.
+    """
+    values, rows = values.astype(np.float64), len(values)
+    times = np.array([np.bincount(picked, minlength=rows) for picked in drawn], np.min_scalar_type(rows)).T
+    medians = np.empty((len(drawn), values.shape[1]))
+    for column, order in enumerate(values.argsort(axis=0, kind="stable").T):
+        up_to = np.cumsum(times[order], axis=0, dtype=times.dtype)  # (rows, resamples)
+        low, high = ((up_to <= place).sum(axis=0, dtype=times.dtype) for place in ((rows - 1) // 2, rows // 2))
+        medians[:, column] = (values[order[low], column] + values[order[high], column]) / 2
+    return medians
+
+
+def _converged(curves: FloatArray) -> FloatArray:
+    """Return the first trial from which on each curve, (..., trials), stays near its final level."""
+    return converged(curves, np.median(curves[..., -FINAL_TRIALS:], axis=-1, keepdims=True))
 
 
 def _estimate(value: float, samples: FloatArray) -> Estimate:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,10 @@ _MANY = 2000
 _NO_SKEW = 1e-6
 #: Quantiles of the standard normal distribution at both ends of an interval.
 _ENDS = stats.norm.ppf((0.025, 0.975))
-#: Resampled values that are held in memory at once; it does not change which are drawn.
-_AT_ONCE = 10_000_000
+#: Size of a matrix up to which linear algebra uses one thread to multiply it with a vector.
+_ONE_THREAD = 9000
+#: Resampled values that fit into the cache of a core.
+_IN_CACHE = 50_000
 
 
 class Estimate(NamedTuple):
@@ -29,6 +31,16 @@ class Estimate(NamedTuple):
     value: float
     low: float
     high: float
+
+
+class _Resampled(NamedTuple):
+    """Resampled values, as `scipy.stats.bootstrap` takes them.
+
+    Attributes:
+        bootstrap_distribution: (resamples,)
+    """
+
+    bootstrap_distribution: FloatArray
 
 
 def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
@@ -49,9 +61,8 @@ def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
         return Estimate(mean, mean, mean)
     if len(values) > _MANY:
         return Estimate(mean, *_transformed(values))
-    rng = np.random.default_rng(seed)
-    batch = max(1, _AT_ONCE // len(values)) if len(values) * RESAMPLES > _AT_ONCE else None
-    found = stats.bootstrap((values,), np.mean, n_resamples=RESAMPLES, batch=batch, method="BCa", rng=rng)
+    means = _Resampled(_resampled_means(values, seed))
+    found = stats.bootstrap((values,), np.mean, n_resamples=0, bootstrap_result=means, method="BCa")
     interval = found.confidence_interval
     return Estimate(mean, float(interval.low), float(interval.high))
 
@@ -79,6 +90,15 @@ def share_estimate(which: NDArray[np.bool_]) -> Estimate:
     return Estimate(float(which.mean()), float(interval.low), float(interval.high))
 
 
+def mean_share_estimate(values: FloatArray) -> Estimate:
+    """Return the mean of shares with its interval: that of Wilson if each is 0 or 1, since resampling 0 of n gives 0.
+
+    Args:
+        values: (periods,) a share for each period, such as that of its trials that fail.
+    """
+    return share_estimate(values > 0) if np.isin(values, (0, 1)).all() else mean_estimate(values)
+
+
 def top_percent_weight(values: FloatArray) -> float:
     """Return the mean of the largest 1 % of the values over the mean of all: 1 if all are equal, large for heavy tails.
 
@@ -87,6 +107,26 @@ def top_percent_weight(values: FloatArray) -> float:
     """
     largest = np.sort(values)[-math.ceil(len(values) / 100) :]
     return float(largest.mean() / values.mean())
+
+
+def _resampled_means(values: FloatArray, seed: int) -> FloatArray:
+    """Return the mean of each bootstrap resample, (resamples,), bit for bit as `scipy.stats.bootstrap` computes it."""
+    drawn = _drawn(len(values), seed, RESAMPLES)
+    rows = max(1, _IN_CACHE // len(values))
+    blocks = (drawn[begin : begin + rows] for begin in range(0, len(drawn), rows))
+    return np.concatenate([np.take(values, block).mean(axis=-1) for block in blocks])
+
+
+@lru_cache(maxsize=2)
+def _drawn(periods: int, seed: int, resamples: int) -> NDArray[np.unsignedinteger[Any]]:
+    """Return the periods of each bootstrap resample, (resamples, periods).
+
+    Hundreds of intervals of a report draw the same ones, which takes longer than to average what was drawn.
+    """
+    picked = np.random.default_rng(seed).integers(periods, size=(resamples, periods))
+    drawn: NDArray[np.unsignedinteger[Any]] = picked.astype(np.min_scalar_type(periods))  # a quarter of the memory
+    drawn.setflags(write=False)  # cached, so it is shared
+    return drawn
 
 
 @lru_cache(maxsize=4)
@@ -109,3 +149,17 @@ def percentile_interval(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the ends of the middle 95 % of bootstrap samples, along the first axis."""
     low, high = np.percentile(samples, (2.5, 97.5), axis=0)
     return low, high
+
+
+def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Return `weights @ values`, (resamples,), in blocks that are too small for linear algebra to start threads for.
+
+    Threads take longer to start than to compute this, and several times longer where all cores are busy.
+
+    Args:
+        weights: (resamples, periods)
+        values: (periods,)
+    """
+    rows = max(4, _ONE_THREAD // len(values) // 4 * 4)
+    blocks = [weights[begin : begin + rows] @ values for begin in range(0, len(weights), rows)]
+    return np.concatenate(blocks) if blocks else np.zeros(0)

@@ -15,6 +15,7 @@ from rl_design_space.catalogue.openness import FILLED_IN, opened, opened_fields
 _DIALECT = "http://json-schema.org/draft-07/schema#"
 #: A class of another package.
 _OWN_TARGET = r"^(?!(hydra_plugins\.)?rl_design_space\.)[A-Za-z_]\w*([.:][A-Za-z_]\w*)+$"
+_CHANGES = {"$ref": "#/$defs/changes"}
 _DEFAULTS = {"description": "Hydra's defaults list: the files that this one extends", "type": "array"}
 
 
@@ -69,12 +70,15 @@ def changed(schema: Schema) -> Schema:
     return {**fields, "properties": {"_target_": {}, **fields["properties"]}, "required": []}
 
 
-def study(report: Schema, constraint: Schema, keys: Mapping[str, Schema], tops: Iterable[str]) -> Schema:
+def study(
+    report: Schema, constraint: Schema, variations: Schema, keys: Mapping[str, Schema], tops: Iterable[str]
+) -> Schema:
     """Return the schema of a study.
 
     Args:
         report: schema of its report.
         constraint: schema of one of its constraints.
+        variations: schema of its variations; what readings change is `#/$defs/changes`, see `changes`.
         keys: schema of a single value, by key of design points.
         tops: first parts of keys, so that keys of the user's own components are allowed.
     """
@@ -82,9 +86,15 @@ def study(report: Schema, constraint: Schema, keys: Mapping[str, Schema], tops: 
         "description": "a grid: all combinations of these lists, or text in Hydra's sweep grammar, as in 10,20,30",
         "type": "object",
         "properties": {key: _sweep(schema) for key, schema in keys.items()},
-        "patternProperties": {rf"^[+~]*({'|'.join(tops)})([./@].*)?$": {}},
+        "patternProperties": {_key_pattern(tops): {}},
         "additionalProperties": False,
     }
+    fields = opened_fields(_without_title(variations))
+    needed = {"variations": {"required": fields.pop("required", [])}, "report": {"allOf": _needed(report["allOf"])}}
+    checked = {**report, "allOf": [_lenient(rule) for rule in report["allOf"] if "if" in rule]}
+    for name, values in (("readings", {"additionalProperties": _CHANGES}), ("values", _CHANGES)):
+        words = {"description": fields["properties"][name]["description"]}
+        fields["properties"][name] = {"type": "object", **values, **words}
     return {
         "type": "object",
         "properties": {
@@ -104,11 +114,36 @@ def study(report: Schema, constraint: Schema, keys: Mapping[str, Schema], tops: 
                 "type": "array",
                 "items": {"type": "string"},
             },
-            "report": {"description": "the report that rl-design-report writes", **report},
+            "variations": {"description": "readings that change these points, alone and combined", **fields},
+            "report": {"description": "the report that rl-design-report writes", **checked},
         },
         "additionalProperties": False,
+        **_unless_inherited({"properties": needed}),
         "anyOf": [{"required": [key]} for key in ("blocks", "includes", "report", "defaults")],
     }
+
+
+def _needed(rules: Iterable[Schema]) -> list[Schema]:
+    """Return what the rules of a component require, without what they check."""
+    return [
+        {"if": rule["if"], "then": {"required": rule["then"].get("required", [])}} if "if" in rule else rule
+        for rule in rules
+    ]
+
+
+def _lenient(rule: Schema) -> Schema:
+    """Return a rule of a component without what it requires."""
+    return {**rule, "then": {key: value for key, value in rule["then"].items() if key != "required"}}
+
+
+def changes(keys: Mapping[str, Schema], tops: Iterable[str]) -> Schema:
+    """Return the schema of values by key, without sweeps; the arguments are those of `study`."""
+    patterns: Schema = {_key_pattern(tops): {}}
+    return {"type": "object", "properties": dict(keys), "patternProperties": patterns, "additionalProperties": False}
+
+
+def _key_pattern(tops: Iterable[str]) -> str:
+    return rf"^[+~]*({'|'.join(tops)})([./@].*)?$"
 
 
 def primary(keys: Mapping[str, Schema], groups: Mapping[str, str]) -> Schema:

@@ -45,6 +45,7 @@ def study_record(study: StudyEntry) -> dict[str, Any]:
         "blocks": study.blocks,
         "constraints": {name: {"drop": each.drop, "why": each.why} for name, each in study.constraints.items()},
         "includes": list(study.includes),
+        "variations": asdict(study.variations) if study.variations else None,
         "report": study.report or None,
         "points": len(plan),
         "combinations": plan.combinations,

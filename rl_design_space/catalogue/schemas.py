@@ -22,6 +22,7 @@ from rl_design_space.config.compose import CONFIG_NAME
 from rl_design_space.config.overrides import OPTION_GROUPS
 from rl_design_space.config.target import imported
 from rl_design_space.plan.constraint import Constraint
+from rl_design_space.plan.variations import Variations
 from rl_design_space.run.settings import Settings
 
 #: Hydra ignores it: options are files that end in .yaml.
@@ -90,11 +91,13 @@ def _study(description: str, values: Mapping[str, Schema], tops: Sequence[str]) 
     from rl_design_space import report
 
     kinds = {f"{report.__name__}.{name}": getattr(report, name) for name in report.__all__}
-    reports, constraints = schemas_of(kinds), schemas_of({"": Constraint})
+    reports, parts = schemas_of(kinds), schemas_of({"constraint": Constraint, "variations": Variations})
+    tops = [*tops, "hydra"]
     content = documents.study(
-        documents.component(kinds, reports, inherited=False), constraints.classes[""], values, [*tops, "hydra"]
+        documents.component(kinds, reports, inherited=False), **parts.classes, keys=values, tops=tops
     )
-    return documents.document(_STUDY, description, content, {**reports.definitions, **constraints.definitions})
+    definitions = {**reports.definitions, **parts.definitions, "changes": documents.changes(values, tops)}
+    return documents.document(_STUDY, description, content, definitions)
 
 
 def _targets(search: Search, group: str) -> dict[str, type]:

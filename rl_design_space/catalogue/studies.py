@@ -14,6 +14,7 @@ from rl_design_space.plan.constraint import Constraint, constraints_of
 from rl_design_space.plan.plan import Plan
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import load_study
+from rl_design_space.plan.variations import Variations, variations_of
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class StudyEntry:
         blocks: the sweeps of each block, by key.
         constraints: its constraints, by name.
         includes: other studies whose points belong to this one.
+        variations: the readings that change its points; None if there are none.
         report: `_target_` of its report; empty if it has none.
         plan: its points.
     """
@@ -37,6 +39,7 @@ class StudyEntry:
     blocks: Mapping[str, Mapping[str, Any]]
     constraints: Mapping[str, Constraint]
     includes: Sequence[str]
+    variations: Variations | None
     report: str
     plan: Plan
 
@@ -64,6 +67,7 @@ def study(search: Search, planner: Planner, name: str, overrides: Sequence[str] 
         node.get("blocks") or {},
         constraints_of(node.get("constraints")),
         node.get("includes") or (),
+        variations_of(node.get("variations")),
         str(report.get("_target_", "")) if isinstance(report, Mapping) else "",
         loaded.plan,
     )

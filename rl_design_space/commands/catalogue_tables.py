@@ -14,6 +14,7 @@ from rl_design_space.catalogue.options import NOT_GIVEN, Choice, Option, Paramet
 from rl_design_space.catalogue.studies import StudyEntry
 from rl_design_space.catalogue.wording import kind_in_words, range_in_words
 from rl_design_space.commands.terminal import plan_lines, plan_table
+from rl_design_space.plan.variations import Variations
 
 #: Characters of a default that a table shows, and what stands for the rest.
 _LONGEST, _CUT = 200, " …"
@@ -70,6 +71,15 @@ def constraint_table(study: StudyEntry) -> Table:
     return table
 
 
+def variation_table(variations: Variations) -> Table:
+    """Return a table of the readings that change the points of a study."""
+    table = _table("reading")
+    table.add_column("changes", overflow="fold")
+    for reading, values in variations.readings.items():
+        table.add_row(Text(reading), Text("  ".join(f"{key}={as_yaml(value)}" for key, value in values.items())))
+    return table
+
+
 def study_parts(study: StudyEntry) -> Iterable[Table | Text | str]:
     """Yield the description of a study, from top to bottom."""
     yield Text(study.description)
@@ -79,6 +89,12 @@ def study_parts(study: StudyEntry) -> Iterable[Table | Text | str]:
         yield f"includes the points of {', '.join(study.includes)}"
     if study.constraints:
         yield constraint_table(study)
+    if study.variations:
+        yield variation_table(study.variations)
+        together = f"alone and up to {study.variations.order} together" if study.variations.order > 1 else "alone"
+        also = (" + ".join(names) for names in study.variations.also)
+        around = (f"{' + '.join(names)} with each other one" for names in study.variations.around)
+        yield f"combined: {'; '.join([together, *also, *around])}"
     if study.plan.axes:
         yield plan_table(study.plan)
     if study.plan:

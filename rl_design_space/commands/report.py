@@ -123,7 +123,7 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
     from rl_design_space.run.settings import build_settings
-    from rl_design_space.tracking.read import NoRuns
+    from rl_design_space.tracking.read import FoundRuns, NoRuns
 
     with shipped_config():
         study = load_study(name, overrides)
@@ -131,7 +131,8 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     folder = report_folder(settings)
     tell_of_unused_variables(settings.tracking)
     report = study.report()
-    reader = settings.tracking.reader() if study.plan else NoRuns()
+    fingerprints = [planned.fingerprint for planned in study.plan]
+    reader = FoundRuns(settings.tracking.reader(), fingerprints) if study.plan else NoRuns()
     _report_missing(study, reader)
     paths: list[Path] = report.write(study, reader, folder)
     try:

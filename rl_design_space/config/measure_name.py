@@ -9,8 +9,8 @@ from pydantic import BeforeValidator
 
 from rl_design_space.learning.measures import ONLY_SCALARS, Measure, canonical, measure
 
-#: Keys of reports whose values name measures.
-_KEYS = ("measure", "measures", "value", "values")
+#: Keys of reports and settings whose values name measures.
+_KEYS = ("measure", "measures", "value", "values", "leaderboard", "objective")
 
 
 def _value_name(spec: Any) -> str:

@@ -82,6 +82,7 @@ def _near_share(factor: float) -> Measure:
         f"share of periods whose last {FINAL_TRIALS} trials need at most {factor:.15g} times the optimum, on average",
         lambda periods: share(final_over_optimum(periods) <= factor),
         largest_is_best=True,
+        of_shares=True,
     )
 
 

@@ -62,6 +62,11 @@ class Measure(Protocol):
         ...
 
     @property
+    def is_share(self) -> bool:
+        """Whether it is the mean of a share, 0 to 1, of each period: then 0 in all periods is not 0 for certain."""
+        ...
+
+    @property
     def is_first_trial(self) -> bool:
         """Whether the number is a trial, and the number of trials stands for "never", see `censored_at`."""
         ...
@@ -107,12 +112,14 @@ class PeriodMeasure:
         of: (periods,) float64, the number of each period.
         largest_is_best: whether a larger number is a better one.
         statistic: how the numbers become one.
+        of_shares: whether the number of a period is a share.
     """
 
     what: str
     of: Callable[[Periods], FloatArray]
     largest_is_best: bool = False
     statistic: Statistic = MEAN
+    of_shares: bool = False
 
     @property
     def meaning(self) -> str:
@@ -121,6 +128,10 @@ class PeriodMeasure:
     @property
     def is_first_trial(self) -> bool:
         return False
+
+    @property
+    def is_share(self) -> bool:
+        return self.of_shares and self.statistic.is_mean
 
     def samples(self, periods: Periods, weights: FloatArray) -> FloatArray:
         return self.statistic.of(self.of(periods), weights)
@@ -155,6 +166,10 @@ class CurveMeasure:
     @property
     def meaning(self) -> str:
         return self.what.format(self.statistic.name)
+
+    @property
+    def is_share(self) -> bool:
+        return False
 
     def samples(self, periods: Periods, weights: FloatArray) -> FloatArray:
         return self.of(self.statistic.of(periods.over_optimum, weights))

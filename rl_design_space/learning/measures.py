@@ -83,24 +83,30 @@ MEASURES: Mapping[str, Measure] = {
         "steps of a trial in the second half of the trials", lambda periods: second_half(periods.steps)
     ),
     "failed_trials": PeriodMeasure(
-        "share of trials that miss the final goal", lambda periods: 1 - share(periods.success.mean(axis=1))
+        "share of trials that miss the final goal",
+        lambda periods: 1 - share(periods.success.mean(axis=1)),
+        of_shares=True,
     ),
     "failed_periods": PeriodMeasure(
         "share of periods with a trial that misses the final goal",
         lambda periods: 1 - share(periods.success.all(axis=1)),
+        of_shares=True,
     ),
     "final_steps_over_optimum": PeriodMeasure(f"steps / optimum in the last {FINAL_TRIALS} trials", final_over_optimum),
     "final_failed": PeriodMeasure(
         f"share of the last {FINAL_TRIALS} trials that miss the final goal",
         lambda periods: share((~periods.success[:, -FINAL_TRIALS:]).mean(axis=1)),
+        of_shares=True,
     ),
     "not_near_optimum": PeriodMeasure(
         f"share of periods whose last {FINAL_TRIALS} trials need more than {NEAR} times the optimum",
         lambda periods: share(final_over_optimum(periods) > NEAR),
+        of_shares=True,
     ),
     "outliers": PeriodMeasure(
         f"share of trials in the second half that need more than {OUTLIER} times the optimum",
         lambda periods: second_half(periods.over_optimum > OUTLIER),
+        of_shares=True,
     ),
     "trials_to_final": CurveMeasure(
         f"trials until the {{}} curve of steps / optimum stays within {NEAR} times its own final level: a curve that "
@@ -169,15 +175,21 @@ def values(names: Iterable[str], periods: Periods) -> dict[str, float]:
     Raises:
         ConfigError: there is no such measure, or it cannot be computed.
     """
-    count = len(periods.steps)
-    equal = np.full((1, count), 1 / count)
-    return {name: float(measure(name).samples(periods, equal)[0]) for name in names}
+    return {name: _value(measure(name), periods) for name in names}
 
 
 def forms() -> dict[str, str]:
     """Return the meaning of each measure by its name, that of a family with its usual parameter: `steps_after=30`."""
     families = [canonical(name) for name in FAMILIES]
     return {name: measure(name).meaning for name in (*MEASURES, *families)}
+
+
+def _value(measured: Measure, periods: Periods) -> float:
+    each = measured.each(periods)
+    if each is not None:
+        return float(each.mean())
+    count = len(periods.steps)
+    return float(measured.samples(periods, np.full((1, count), 1 / count))[0])
 
 
 def _of_spec(spec: MeasureSpec) -> Measure:
@@ -195,7 +207,8 @@ def _plain(spec: MeasureSpec) -> Measure:
     if name not in MEASURES and name not in FAMILIES:
         raise ConfigError.unknown("measure", spec.name, (*MEASURES, *FAMILIES))
     if spec.parameters:
-        raise ConfigError.unknown("parameter", next(iter(spec.parameters)), ("statistic",), f"measure {spec.name}: ")
+        unknown = ConfigError.unknown("parameter", next(iter(spec.parameters)), ("statistic",))
+        raise ConfigError(f"measure {spec.name}: {unknown}")
     if name in FAMILIES:
         return FAMILIES[name].make(FAMILIES[name].value(name, spec.value))
     if spec.value is not None:

@@ -65,7 +65,7 @@ def _first_argument(name: str, function: FunctionType, parameters: Mapping[str, 
     known = list(signature.parameters)[1:]
     for parameter in parameters:
         if parameter not in known:
-            raise ConfigError.unknown("parameter", parameter, known, f"measure {name}: ")
+            raise ConfigError(f"measure {name}: {ConfigError.unknown('parameter', parameter, known)}")
     try:
         signature.bind(None, **parameters)
     except TypeError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from omegaconf import DictConfig
 
@@ -29,6 +30,8 @@ class Planner:
     ) -> None:
         self.composer = composer or Composer()
         self.progress = progress
+        #: Studies that are included by others, by the overrides of the command and their names.
+        self.included: dict[tuple[str, ...], dict[str, Any]] = {}
         self._check = ComponentCheck()
 
     def __call__(self, overrides: Sequence[str], studies: tuple[str, ...] = ()) -> PlannedPoint:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import shlex
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from omegaconf import DictConfig
 
 from rl_design_space._paths import leads_out
 from rl_design_space.config import user_config
+from rl_design_space.config.assemble import Parts
 from rl_design_space.config.build import build, plain
 from rl_design_space.config.explain import explained
 from rl_design_space.config.grammar import parse
@@ -21,10 +20,13 @@ from rl_design_space.config.overrides import is_setting, shared
 from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.block import block_overrides
-from rl_design_space.plan.constraint import Constraint, constraints_of
-from rl_design_space.plan.grid import MAX_POINTS, Grid, axes, refuse_large
-from rl_design_space.plan.plan import Dropped, Plan, PlannedPoint
+from rl_design_space.plan.collect import Collector, named
+from rl_design_space.plan.constraint import constraints_of
+from rl_design_space.plan.grid import MAX_POINTS, Grid, axes
+from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.plan.planner import Planner
+from rl_design_space.plan.variations import variations_of
+from rl_design_space.plan.varied import Varied
 
 #: Periods of a point unless a study says otherwise.
 _PERIODS = Task().periods
@@ -39,7 +41,8 @@ class Study:
         overrides: overrides of the command line, without `study=…`.
         config: the composed config, with the settings.
         plan: its design points, without duplicates.
-        usual_periods: the most periods of a point without the overrides.
+        usual_periods: the most periods of a point without the overrides; of included studies, those of the least.
+        included: the studies that it includes.
     """
 
     name: str
@@ -47,6 +50,7 @@ class Study:
     config: DictConfig
     plan: Plan
     usual_periods: int = _PERIODS
+    included: tuple[Study, ...] = ()
 
     @property
     def command(self) -> str:
@@ -104,8 +108,8 @@ def load_study(
     node = plain(config, "study")
     if isinstance(node, Mapping) and "includes" in node:
         studies = _included((*included_by, name), node["includes"], overrides, planner)
-        usual = max((each.usual_periods for each in studies if each.plan), default=_PERIODS)
-        return Study(name, overrides, config, _joined(name, studies), usual)
+        usual = min((each.usual_periods for each in studies if each.plan), default=_PERIODS)
+        return Study(name, overrides, config, _joined(name, studies, config, overrides, planner), usual, tuple(studies))
     plan = plan_study(name, config, overrides, planner)
     changed = plan and not all(map(is_setting, overrides))
     return Study(name, overrides, config, plan, _usual_periods(config, planner) if changed else _most_periods(plan))
@@ -135,7 +139,7 @@ def plan_study(
         name: of the study.
         config: composed config whose `study.blocks` hold the sweeps of each block, by key: all combinations of a
             block are points, except those that `study.constraints` drop. Alternatively, `study.includes` names other
-            studies, whose points are this one's.
+            studies, whose points are this one's. `study.variations` adds all of these points as readings change them.
         overrides: overrides of the command line.
         planner: plans the points.
         included_by: names of the studies that include it, from the outermost on.
@@ -146,29 +150,44 @@ def plan_study(
     node = plain(config, "study")
     blocks = node.get("blocks") if isinstance(node, Mapping) else None
     if isinstance(node, Mapping) and "includes" in node:
-        return _joined(name, _included((*included_by, name), node["includes"], overrides, planner))
+        included = _included((*included_by, name), node["includes"], overrides, planner)
+        return _joined(name, included, config, overrides, planner)
     if blocks is None and isinstance(node, Mapping) and "report" in node:
         return Plan([], (name,))  # a report that needs no points
     if not isinstance(blocks, Mapping) or not all(isinstance(sweeps, Mapping) for sweeps in blocks.values()):
         raise ConfigError(f"study {name}: needs blocks, each a mapping of keys to sweeps")
-    with _named(f"study {name}", ", "):
-        constraints = constraints_of(node.get("constraints"))
     of_points = planner.composer.of_points([f"study={name}", *overrides])
+    with named(f"study {name}", ", "):
+        constraints, varied = constraints_of(node.get("constraints")), _varied(node, of_points, planner)
     grids = {}
     for block, sweeps in blocks.items():
-        with _named(f"study {name}, block {block}"):
+        with named(f"study {name}, block {block}"):
             _refuse_settings(sweeps)
             grids[block] = Grid(block_overrides(sweeps, of_points, planner.composer), planner.composer.parser)
-    with _named(f"study {name}"):
-        points = _Points(name, planner, sum(grid.size for grid in grids.values()), _max_points(config))
+    with named(f"study {name}"):
+        total = sum(grid.size for grid in grids.values()) * (1 + (varied.count if varied else 0))
+        points = Collector(name, planner, total, _max_points(config), constraints, varied)
     for block, grid in grids.items():
-        with _named(f"study {name}, block {block}"):
-            points.add(grid, constraints)
+        with named(f"study {name}, block {block}"):
+            points.add(grid)
     plan = points.plan()
     if not plan:
         left_out = f" and its constraints drop all {plan.combinations} combinations" if plan.combinations else ""
         raise ConfigError(f"study {name}: no design points; its blocks are {', '.join(blocks) or 'none'}{left_out}")
+    _check(name, varied)
     return plan
+
+
+def _varied(node: Mapping[str, Any], overrides: Sequence[str], planner: Planner) -> Varied | None:
+    """Return what changes the points of a study; None if its file names no variations."""
+    variations = variations_of(node.get("variations"))
+    return Varied(variations, overrides, planner.composer) if variations else None
+
+
+def _check(name: str, varied: Varied | None) -> None:
+    if varied:
+        with named(f"study {name}, variations", ", "):
+            varied.check()
 
 
 def _refuse_settings(sweeps: Mapping[str, Any]) -> None:
@@ -190,13 +209,30 @@ def _included(names: tuple[str, ...], included: Any, overrides: Sequence[str], p
     if circle := [other for other in included if other in names]:
         way = " includes ".join([*names[names.index(circle[0]) :], circle[0]])
         raise ConfigError(f"study {name}: includes should not lead back to itself: {way}")
-    return [load_study(other, overrides, planner, names) for other in included]
+    known = planner.included.setdefault(tuple(overrides), {})  # several studies may include the same one
+    return [known.get(each) or known.setdefault(each, load_study(each, overrides, planner, names)) for each in included]
 
 
-def _joined(name: str, studies: Sequence[Study]) -> Plan:
-    """Return the points of studies, which also belong to the one that includes them."""
+def _joined(
+    name: str, studies: Sequence[Study], config: DictConfig, overrides: Sequence[str], planner: Planner
+) -> Plan:
+    """Return the points of studies, which also belong to the one that includes them, and as readings change them."""
     both = union([study.plan for study in studies])
-    return replace(both, points=[replace(p, studies=(name, *p.studies)) for p in both], studies=(name, *both.studies))
+    points = [replace(planned, studies=(name, *planned.studies)) for planned in both]
+    plan = replace(both, points=points, studies=(name, *both.studies))
+    with named(f"study {name}", ", "):
+        node = plain(config, "study")
+        varied = _varied(node, planner.composer.of_points(overrides), planner)
+        if varied is None:
+            return plan
+        constraints = constraints_of(node.get("constraints"))
+        changed = Collector(name, planner, len(plan) * varied.count, _max_points(config), constraints, varied)
+    for planned in plan:
+        with named(f"study {name}, variations of {planned.name}"):
+            values = {field.name: getattr(planned.point, field.name) for field in fields(planned.point)}
+            changed.vary(Parts(values, planned.options), planned.overrides)
+    _check(name, varied)
+    return union([plan, changed.plan()])
 
 
 def plan_overrides(overrides: Sequence[str], planner: Planner, max_points: int = MAX_POINTS) -> Plan:
@@ -211,8 +247,8 @@ def plan_overrides(overrides: Sequence[str], planner: Planner, max_points: int =
         ConfigError: an override cannot be parsed, a value is not allowed, or there are too many combinations.
     """
     grid = Grid(planner.composer.of_points(overrides), planner.composer.parser)
-    points = _Points("", planner, grid.size, max_points)
-    points.add(grid, {})
+    points = Collector("", planner, grid.size, max_points)
+    points.add(grid)
     return points.plan()
 
 
@@ -230,58 +266,6 @@ def union(plans: Sequence[Plan]) -> Plan:
         combinations=sum(plan.combinations for plan in plans),
         dropped=tuple(dropped for plan in plans for dropped in plan.dropped),
     )
-
-
-class _Points:
-    """Collects the points of grids.
-
-    Args:
-        study: name of the study, or empty.
-        planner: plans the points.
-        total: number of combinations of all grids.
-        max_points: maximum number of combinations.
-
-    Raises:
-        ConfigError: there are too many combinations.
-    """
-
-    def __init__(self, study: str, planner: Planner, total: int, max_points: int) -> None:
-        refuse_large(total, max_points)
-        self._studies = (study,) if study else ()
-        self._planner = planner
-        self._total = total
-        self._points: dict[str, PlannedPoint] = {}
-        self._combinations = 0
-        self._dropped: Counter[tuple[str, str]] = Counter()
-
-    def add(self, grid: Iterable[tuple[str, ...]], constraints: Mapping[str, Constraint]) -> None:
-        for overrides in grid:
-            self._combinations += 1
-            self._planner.progress(self._combinations, self._total)
-            parts = self._planner.composer.parts(overrides)
-            for name, constraint in constraints.items():
-                with _named(f"constraint {name}"):
-                    drops = constraint.drops(parts)
-                if drops:
-                    self._dropped[name, constraint.why] += 1
-                    break
-            else:
-                planned = self._planner.of_parts(parts, overrides, self._studies)
-                self._points.setdefault(planned.fingerprint, planned)
-
-    def plan(self) -> Plan:
-        study = "".join(self._studies)
-        dropped = tuple(Dropped(study, name, why, count) for (name, why), count in self._dropped.items())
-        return Plan(list(self._points.values()), self._studies, self._combinations, dropped)
-
-
-@contextmanager
-def _named(place: str, separator: str = ": ") -> Iterator[None]:
-    """Put the place in a study before the message of an error."""
-    try:
-        yield
-    except ConfigError as error:
-        raise ConfigError(f"{place}{separator}{error}") from error
 
 
 def _max_points(config: DictConfig) -> int:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import base64
 import csv
 import re
+import sys
+import threading
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass as plain_dataclass
+from dataclasses import replace
 from datetime import UTC, datetime
 from multiprocessing import get_context
 from pathlib import Path
@@ -32,7 +35,7 @@ if TYPE_CHECKING:
     from rl_design_space.tracking.read import Reader
 
 _TEMPLATE = "page.html.jinja"
-#: From so many reports on, several processes write them: each takes seconds to start.
+#: From so many reports on, several processes write them: each may take seconds to start.
 _MANY = 4
 
 
@@ -75,9 +78,10 @@ class Page:
         """Write the files of every report and index.html into a folder, see `Report.write`."""
         folder.mkdir(parents=True, exist_ok=True)
         paths, sections = [], []
+        planned = {each.name: each for each in study.included}
         with shipped_config():
             planner = Planner()
-            parts = [load_study(name, study.overrides, planner) for name in self.sections]
+            parts = [planned.get(name) or load_study(name, study.overrides, planner) for name in self.sections]
         for part, written in zip(parts, _write_all(parts, reader, folder), strict=True):
             paths += written
             (text,) = (path for path in written if path.suffix == ".md")
@@ -118,10 +122,12 @@ def _write_all(parts: Sequence[Study], reader: Reader, folder: Path) -> list[lis
     workers = min(available_threads(), len(parts))
     if workers == 1 or len(parts) < _MANY:
         return [_write(part, reader, folder) for part in parts]
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+    # Copies of this process have imported everything already; with other threads, a copy may wait for a lock for ever.
+    is_alone = sys.platform == "linux" and threading.active_count() == 1
+    with ProcessPoolExecutor(workers, get_context("fork" if is_alone else "spawn")) as pool:
         # Those with the most points first, so that none of them is left at the end.
         order = sorted(range(len(parts)), key=lambda index: -len(parts[index].plan))
-        writing = {index: pool.submit(_write, parts[index], reader, folder) for index in order}
+        writing = {index: pool.submit(_write, replace(parts[index], included=()), reader, folder) for index in order}
         return [writing[index].result() for index in range(len(parts))]
 
 

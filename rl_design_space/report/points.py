@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import pandas as pd
@@ -14,7 +15,7 @@ from rl_design_space.learning.measures import SCALARS
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import PERIODS, SEED, order
 from rl_design_space.tracking.run_frame import ABOUT
-from rl_design_space.tracking.selection import Where, matches
+from rl_design_space.tracking.selection import Where, alternatives
 from rl_design_space.tracking.tracker import StoredRun
 
 
@@ -47,30 +48,48 @@ class Point:
         """Return the values of these parameters; None for those that the point does not have."""
         return tuple(self.parameters.get(name) for name in names)
 
+    @cached_property
+    def repetition(self) -> Repetition:
+        """The design of the point, everything but its seed, and its seed."""
+        design = tuple(sorted((name, value) for name, value in self.parameters.items() if name != SEED))
+        return Repetition(design, self.parameters.get(SEED))
+
     def has(self, where: Where) -> bool:
         """Return whether the point has all of these values."""
-        for name, wanted in where.items():
-            if name not in self.parameters or not matches(wanted, self.parameters[name]):
-                return False
-        return True
+        return bool(having([self], where))
 
-    def allows(self, reading: Where) -> bool:
-        """Return whether the point has each of these values, as far as it has such a parameter."""
-        return self.has({name: wanted for name, wanted in reading.items() if name in self.parameters})
+
+def having(points: Iterable[Point], where: Where) -> list[Point]:
+    """Return the points that have all of these values."""
+    wanted = {name: alternatives(values) for name, values in where.items()}
+    return [
+        point
+        for point in points
+        if all(name in point.parameters and point.parameters[name] in values for name, values in wanted.items())
+    ]
+
+
+def allowing(points: Iterable[Point], reading: Where) -> list[Point]:
+    """Return the points that have each of these values, as far as they have such a parameter."""
+    wanted = {name: alternatives(values) for name, values in reading.items()}
+    return [
+        point
+        for point in points
+        if all(point.parameters[name] in values for name, values in wanted.items() if name in point.parameters)
+    ]
 
 
 def by_design(points: Iterable[Point]) -> list[list[Point]]:
     """Return points by design: those that differ in their seed alone are together, in the order of their seeds."""
     designs: dict[Hashable, list[Point]] = {}
     for point in sorted(points, key=lambda point: order(point.parameters.get(SEED))):
-        designs.setdefault(repetition(point).design, []).append(point)
+        designs.setdefault(point.repetition.design, []).append(point)
     return list(designs.values())
 
 
 def repetition(point: Point) -> Repetition:
     """Return the design of a point, everything but its seed, and its seed."""
-    design = tuple(sorted((name, value) for name, value in point.parameters.items() if name != SEED))
-    return Repetition(design, point.parameters.get(SEED))
+    return point.repetition
 
 
 def sample(point: Point) -> tuple[Hashable, int]:
@@ -104,3 +123,10 @@ def points_of_frame(frame: pd.DataFrame) -> list[Point]:
 
 def _shown(value: Any) -> Any:
     return visible(value) if isinstance(value, str) else value
+
+
+def other_samples(points: Iterable[Point], of: Iterable[Point]) -> list[Point]:
+    """Return those of some points that are samples of others, of another size."""
+    known = {sample(point) for point in of}
+    designs = {design for design, _ in known}
+    return [point for point in points if sample(point)[0] in designs and sample(point) not in known]

@@ -72,21 +72,24 @@ class PublishedTable(Report):
     def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
         runs = Runs.of_study(study, reader)
         if self.larger_samples:
-            runs = runs.with_larger(self._larger(study, reader))
+            runs = runs.with_larger(*self._larger(study, reader))
         return self.write_runs(runs, folder / study.name)
 
-    def _larger(self, study: Study, reader: Reader) -> Runs:
-        """Return the points with more periods; none if they cannot be planned under the overrides of the study.
+    def _larger(self, study: Study, reader: Reader) -> tuple[Runs, str]:
+        """Return the points with more periods, and the command that makes them.
+
+        There are none if they cannot be planned under the overrides of the study.
 
         Raises:
             ConfigError: there is no such study.
         """
         with shipped_config():
             try:
-                return Runs.of_study(load_study(self.larger_samples, study.overrides), reader)
+                larger = load_study(self.larger_samples, study.overrides)
             except ConfigError:
                 load_study(self.larger_samples, ())
-                return Runs([], reader)
+                return Runs([], reader), ""
+        return Runs.of_study(larger, reader), larger.command
 
     def frames(self, runs: Runs) -> Frames:
         """Return the cells, see `analysis.published`; `planned` tells those that are points of the runs.
@@ -119,16 +122,15 @@ class PublishedTable(Report):
         parts = [table(self._shown(cells))]
         if cells["measured"].notna().any():
             parts.append(self._distance(cells.dropna(subset="measured")))
-        if (few := cells["periods"][cells["periods"] > 0]).nunique() > 1:
-            parts.append(
-                f"Periods: {few.min():,}; {few.max():,} in {(few == few.max()).sum()} cells, to bound heavy tails."
-            )
+        periods = cells["periods"][cells["periods"] > 0].value_counts().sort_index()
+        if len(periods) > 1:
+            parts.append(f"Periods: {', '.join(f'{size:,} in {count} cells' for size, count in periods.items())}.")
         if outside := int((~cells["planned"]).sum()):
             parts.append(f"Not asked for: {outside} of {len(cells)} cells.")
         return [
             *parts,
-            "Measured: mean over periods of the steps of all trials, with its 95 % BCa bootstrap interval over "
-            "periods; failed trials count with the steps up to the step cap.",
+            "Measured: mean over periods of the steps of all trials, with its 95 % interval over periods (BCa "
+            "bootstrap; Hall's transformation of more than 2,000). Failed trials count with the steps up to the cap.",
             f"Heavy tail (†): the 1 % of periods with most steps need {self.heavy_tail:g} times the mean or more. Such "
             "a mean depends on few periods, published or measured, so its ratio says little.",
         ]

@@ -1,103 +1,119 @@
-"""The audit of readings: which reading of a text fits its own numbers best."""
+"""The audit of readings: which reading of a text makes its own numbers most likely."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.fit import fit
-from rl_design_space.config.compose import shipped_config
+from rl_design_space.analysis.likelihood import PERIODS, joint_fit
+from rl_design_space.config.compose import Composer, shipped_config
 from rl_design_space.errors import ConfigError
-from rl_design_space.plan.differences import differing
-from rl_design_space.plan.study import load_study
+from rl_design_space.plan.plan import Plan
+from rl_design_space.plan.study import Study
+from rl_design_space.plan.variations import Combination, Variations
 from rl_design_space.report.base import MAIN, Frames, Report
-from rl_design_space.report.cells import hatch_row
-from rl_design_space.report.markdown import table
-from rl_design_space.report.points import Point, by_design
 from rl_design_space.report.published_table import PublishedTable
+from rl_design_space.report.reading_fits import PanelFit, PanelFits
+from rl_design_space.report.reading_points import Cells, ReadingPoints
+from rl_design_space.report.readings_picture import draw_readings
+from rl_design_space.report.readings_text import distances, likelihoods
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import BLUE, GREY, interval, styled
 from rl_design_space.tracking.selection import Where
 
-_COLUMNS = [
-    "reading", "panel", "cells", "of", "rms", "ci_low", "ci_high", "bias", "bias_low", "bias_high", "largest",
-]  # fmt: skip
-_SAID = ["title", "says", "decided"]
+#: What the name of the CSV file of whole readings adds to that of the report.
+JOINT = "_joint"
+#: A reading fits a panel that is at most so many times less likely under it than under the best reading of this panel.
+LIMIT = 100
+_Combinations = Annotated[tuple[Annotated[tuple[str, ...], Field(strict=False)], ...], Field(strict=False)]
+_FIT = ["rms", "ci_low", "ci_high", "bias", "bias_low", "bias_high", "largest"]
+_COLUMNS = ["reading", "panel", "cells", "of", *_FIT, "log_likelihood"]
+_JOINT_COLUMNS = ["reading", "joint", "behind", "periods", "joint_at_named", "fits", "one_panel", "cells", "of"]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ReadingsAudit(Report):
-    """Readings ranked by how well a published table fits under each.
+    """Readings ranked by how likely a published table is under each, over all of its panels.
 
     Attributes:
         table: the study whose report has the published numbers, a `PublishedTable`.
         decided: values of parameters that a point has unless its reading says otherwise.
         readings: what each reading says, by its name; the one that says nothing is the one that was decided for.
+        order: largest number of readings that are combined, as in the `variations` of a study.
+        also, around: further combinations, as there.
+        named_periods: periods of a mean, if the text names them; one of `analysis.likelihood.PERIODS`.
     """
 
-    shows: str = "Readings ranked by their distance from the published numbers, with intervals"
+    shows: str = "Readings ranked by how likely the published numbers are under each, by panel and over all panels"
     table: str
     decided: Where
     readings: dict[str, Where]
+    order: Annotated[int, Field(ge=1)] = 1
+    also: _Combinations = ()
+    around: _Combinations = ()
+    named_periods: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.named_periods not in (None, *PERIODS):
+            raise ConfigError.at(
+                "named_periods", self.named_periods, f"should be one of {', '.join(map(str, PERIODS))}"
+            )
 
     def frames(self, runs: Runs) -> Frames:
-        """Return one row for each reading and panel of the table, the best fit first; readings without all cells last.
+        """Return the fit of each reading, to each panel and to all of them; see `analysis.likelihood` and `.fit`.
 
         Returns:
-            reading, panel, cells (recorded), of (published), rms, ci_low, ci_high, bias, bias_low, bias_high, largest;
-            the last seven as log ratios, NaN unless all cells are there. Not written: title (of the panel), says (what
-            the reading says), decided (whether it is the one that was decided for).
+            The main frame has a row for each panel that a reading changes, the best rms first: reading, panel, cells
+            (recorded), of (published), rms, ci_low, ci_high, bias, bias_low, bias_high, largest (log ratios),
+            log_likelihood (of the panel).
+
+            The frame `JOINT` has a row for each reading, the most likely one first: reading, joint (log likelihood of
+            all panels), behind (that of the best reading minus joint), periods (P), joint_at_named (joint at
+            `named_periods`), fits (how many panels it fits, see `LIMIT`), one_panel (the panels that it fits if it does
+            not fit all), cells, of, and the log likelihood of each panel under the panel's name.
+
+            Readings without all cells come last, without numbers. Not written: title (of the panel), says (what the
+            reading says), decided (whether it is the one that was decided for).
         """
         published = self.published_table()
-        rows = []
-        for panel, panel_rows in published.published.items():
-            numbers = {(row, column): n for row, columns in panel_rows.items() for column, n in columns.items()}
-            decided = self.points(runs, published, panel, {})
-            for reading, says in self.readings.items():
-                points = self.points(runs, published, panel, says)
-                if says and points == decided:
-                    continue  # it makes no difference here
-                found: list[tuple[FloatArray, float]] = []
-                for cell, number in numbers.items():
-                    if cell in points and runs.pooled(points[cell]):
-                        values = [runs.values(point, published.value) for point in points[cell]]
-                        found.append((np.concatenate([each for each in values if each is not None]), number))
-                fitted: tuple[float, ...] = (float("nan"),) * 7
-                if len(found) == len(numbers):
-                    fits = fit(found)
-                    fitted = (*fits.rms, *fits.bias, fits.largest)
-                said = (published.label(panel), _in_words(says), not says)
-                rows.append((reading, panel, len(found), len(numbers), *fitted, *said))
-        return {MAIN: pd.DataFrame(rows, columns=[*_COLUMNS, *_SAID]).sort_values(["panel", "rms"], ignore_index=True)}
+        panels = {panel: published.label(panel) for panel in published.published}
+        fitted = PanelFits(runs, published)
+        known: set[object] = set()
+        rows, joint = [], []
+        points = ReadingPoints(runs.points, list(published.axes.values()), self.decided, self.readings)
+        for reading, cells in self._distinct(points, fitted, panels):
+            fits = {panel: fitted(panel, cells[panel]) for panel in panels}
+            said = {"reading": reading.name, "says": _in_words(reading.values), "decided": not reading.values}
+            whole = {**said, **_joint(fits, self.named_periods)}
+            joint.append(whole)
+            for panel, each in fits.items():
+                if (key := fitted.key(panel, cells[panel])) not in known:  # else the reading makes no difference here
+                    known.add(key)
+                    place = {"panel": panel, "title": panels[panel], "log_likelihood": whole[panel]}
+                    rows.append({**said, **place, **_distance(each)})
+        main = pd.DataFrame(rows).sort_values(["panel", "rms"], ignore_index=True)
+        return {MAIN: main, JOINT: _ranked(pd.DataFrame(joint), list(panels))}
 
     def csv(self, frames: Frames) -> Frames:
-        return {MAIN: frames[MAIN][_COLUMNS]}
+        written = {panel: f"log_likelihood_{panel}" for panel in _titles(frames)}
+        joint = frames[JOINT][[*_JOINT_COLUMNS, *written]].rename(columns=written)
+        return {MAIN: frames[MAIN][_COLUMNS], JOINT: joint}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.title)
+        return draw_readings(frames[JOINT], frames[MAIN], _titles(frames), self.title, LIMIT)
 
     def text(self, frames: Frames) -> list[str]:
-        """Return the ranking of each panel."""
-        parts = []
-        for title, fits in frames[MAIN].groupby("title", sort=False):
-            rows = [[fitted["reading"], fitted["says"], *_numbers(fitted)] for fitted in fits.to_dict("records")]
-            header = ["reading", "says", "rms log ratio", "95 % interval", "mean ratio", "95 % interval", "largest"]
-            parts += [f"## {title}", table(pd.DataFrame(rows, columns=header))]
-        return [
-            *parts,
-            "A log ratio of 0.1 is a tenth too much or too little. The rms is over the cells of a panel; the interval "
-            "is over periods.",
-        ]
+        """Return the first readings by likelihood over all panels, and by the distance from each panel."""
+        titles = _titles(frames)
+        return [*likelihoods(frames[JOINT], titles, LIMIT, self.named_periods), *distances(frames[MAIN], titles)]
 
     def published_table(self) -> PublishedTable:
         """Return the report with the published numbers.
@@ -106,79 +122,77 @@ class ReadingsAudit(Report):
             ConfigError: the study has another report.
         """
         with shipped_config():
-            report = load_study(self.table, ()).report()
+            config = Composer().config([f"study={self.table}"])
+        report = Study(self.table, (), config, Plan([])).report()  # the numbers of the table need no points
         if not isinstance(report, PublishedTable):
             raise ConfigError.at("report.table", self.table, "should be a study whose report is a PublishedTable")
         return report
 
-    def points(self, runs: Runs, published: PublishedTable, panel: Any, says: Where) -> dict[Any, list[Point]]:
-        """Return the points of a panel under a reading, one for each seed, by row and column of the table.
+    def combinations(self) -> Sequence[Combination]:
+        """Return all readings: single ones, then combined ones.
 
         Raises:
-            ConfigError: several designs are one cell.
+            ConfigError: `around` names readings that there are not.
         """
-        wanted = {**self.decided, **says}
-        cells: dict[Any, list[Point]] = {}
-        for seeds in by_design(runs.points):
-            if seeds[0].allows(wanted):
-                here, row, column = seeds[0].key(published.axes.values())
-                if here == panel and (first := cells.setdefault((row, column), seeds)) is not seeds:
-                    names = ", ".join(differing([first[0].parameters, seeds[0].parameters]))
-                    raise ConfigError(f"{names}: several values for one cell under one reading; choose one of them")
-        return cells
+        readings = {name: {**says} for name, says in self.readings.items()}
+        return Variations(readings=readings, order=self.order, also=self.also, around=self.around).combinations
+
+    def _distinct(
+        self, points: ReadingPoints, fitted: PanelFits, panels: Mapping[Any, str]
+    ) -> Iterator[tuple[Combination, Mapping[Any, Cells]]]:
+        """Yield readings with their points by panel; those whose points are those of an earlier one are left out."""
+        known: set[object] = set()
+        for reading in self.combinations():
+            cells = {panel: points.under(panel, reading.values) for panel in panels}
+            key = tuple(fitted.key(panel, cells[panel]) for panel in panels)
+            if key not in known:
+                known.add(key)
+                yield reading, cells
+
+
+def _joint(fits: Mapping[Any, PanelFit], named: int | None) -> dict[Any, Any]:
+    """Return the fit of a reading to all panels."""
+    found: dict[Any, Any] = {
+        "joint": math.nan,
+        "periods": math.nan,
+        "joint_at_named": math.nan,
+        "cells": sum(each.recorded for each in fits.values()),
+        "of": sum(each.published for each in fits.values()),
+        **dict.fromkeys(fits, math.nan),
+    }
+    densities = {panel: each.densities for panel, each in fits.items() if each.densities is not None}
+    if len(densities) == len(fits):
+        joint = joint_fit(densities)
+        found |= {"joint": joint.total, "periods": joint.periods, **joint.panels}
+        found["joint_at_named"] = joint.at[named] if named else math.nan
+    return found
+
+
+def _distance(fitted: PanelFit) -> dict[str, Any]:
+    """Return the distance of the means of a panel from the published ones."""
+    numbers: tuple[float, ...] = (math.nan,) * len(_FIT)
+    if fitted.fit:
+        numbers = (*fitted.fit.rms, *fitted.fit.bias, fitted.fit.largest)
+    return {"cells": fitted.recorded, "of": fitted.published, **dict(zip(_FIT, numbers, strict=True))}
+
+
+def _ranked(joint: pd.DataFrame, panels: list[Any]) -> pd.DataFrame:
+    """Return readings by their joint likelihood, and how many times less likely than the best they are."""
+    behind = joint[panels].max() - joint[panels]
+    fits = behind <= math.log(LIMIT)
+    alone = fits.any(axis=1) & ~fits.all(axis=1)
+    named = [", ".join(str(panel) for panel in panels if here[panel]) for here in fits.to_dict("records")]
+    return joint.assign(
+        behind=joint["joint"].max() - joint["joint"],
+        fits=fits.sum(axis=1),
+        one_panel=np.where(alone, named, ""),
+    ).sort_values("joint", ascending=False, kind="stable", ignore_index=True)
+
+
+def _titles(frames: Frames) -> dict[Any, str]:
+    """Return the title of each panel."""
+    return dict(frames[MAIN][["panel", "title"]].drop_duplicates().itertuples(index=False))
 
 
 def _in_words(says: Where) -> str:
     return ", ".join(code(f"{name}={value}") for name, value in says.items()) or "the defaults"
-
-
-def _numbers(fitted: Mapping[Any, Any]) -> list[str]:
-    if np.isnan(fitted["rms"]):
-        return [f"missing: {fitted['of'] - fitted['cells']} cells", "", "", "", ""]
-    ratio, low, high = (np.exp(fitted[name]) for name in ("bias", "bias_low", "bias_high"))
-    return [
-        f"{fitted['rms']:.3f}",
-        interval(fitted["ci_low"], fitted["ci_high"], ".3f"),
-        f"{ratio:.3f}",
-        interval(low, high, ".3f"),
-        f"{np.expm1(fitted['largest']):.1%}",
-    ]
-
-
-@styled()
-def _draw(fits: pd.DataFrame, title: str) -> Figure:
-    """Draw one panel for each panel of the table: the readings, best fit on top, with their distance."""
-    panels = list(fits["title"].unique())
-    longest = int(fits.groupby("title")["reading"].count().max())
-    figure, axes = plt.subplots(
-        1, len(panels), figsize=(6.2 * len(panels), 1.6 + 0.27 * longest), layout="constrained", squeeze=False
-    )
-    for axis, panel in zip(axes[0], panels, strict=True):
-        _draw_panel(axis, fits[fits["title"] == panel].reset_index(drop=True))
-        axis.set_title(panel, fontsize=11)
-    figure.suptitle(title, fontsize=12)
-    figure.supxlabel("Root of the mean squared log ratio, measured / published, with its 95 % interval", fontsize=9)
-    return figure
-
-
-def _draw_panel(axis: Axes, fits: pd.DataFrame) -> None:
-    for row, fitted in enumerate(fits.to_dict("records")):
-        if np.isnan(fitted["rms"]):
-            hatch_row(axis, row, f"missing: {fitted['of'] - fitted['cells']} of {fitted['of']} cells")
-            continue
-        colour = BLUE if fitted["decided"] else GREY
-        axis.plot([fitted["ci_low"], fitted["ci_high"]], [row, row], color=colour, linewidth=2)
-        axis.plot(fitted["rms"], row, marker="o", color=colour)
-        sign = "too large" if fitted["bias"] > 0 else "too small"
-        note = f"{fitted['rms']:.3f}  ({abs(np.expm1(fitted['bias'])):.0%} {sign})"
-        axis.annotate(
-            note, (fitted["ci_high"], row), xytext=(5, 0), textcoords="offset points", va="center", fontsize=8
-        )
-    axis.set_yticks(range(len(fits)), fits["reading"])
-    for label, decided in zip(axis.get_yticklabels(), fits["decided"], strict=True):
-        label.set_fontweight("bold" if decided else "normal")
-    axis.set_ylim(len(fits) - 0.4, -0.6)
-    axis.set_xlim(left=0)
-    axis.margins(x=0.35)
-    axis.grid(axis="x", color="0.9")
-    axis.spines[["top", "right"]].set_visible(False)

@@ -19,7 +19,15 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.parameters import SEED, order, text
-from rl_design_space.report.points import Point, by_design, points_of_frame, repetition, sample
+from rl_design_space.report.points import (
+    Point,
+    allowing,
+    by_design,
+    having,
+    other_samples,
+    points_of_frame,
+    repetition,
+)
 from rl_design_space.tracking.selection import Where, comparable
 
 if TYPE_CHECKING:
@@ -116,21 +124,18 @@ class Runs:
         Raises:
             ConfigError: there is such a name; the nearest right one is named.
         """
-        known = {name for point in self.points for name in point.parameters}
         for name in names:
-            if name not in known:
+            if not any(name in point.parameters for point in self.points):
+                known = {name for point in self.points for name in point.parameters}
                 raise ConfigError.unknown("parameter of these runs", name, known)
 
-    def with_larger(self, larger: Runs) -> Runs:
-        """Return these runs and larger samples of their designs, see `points.largest`; other designs are left out."""
+    def with_larger(self, larger: Runs, command: str) -> Runs:
+        """Return these runs and larger samples of their designs, which a command line makes, see `points.largest`."""
         runs = copy(self)
-        known = {sample(point) for point in self.points}
-        designs = {design for design, _ in known}
-        more = [point for point in larger.points if sample(point)[0] in designs and sample(point) not in known]
+        more = other_samples(larger.points, self.points)
         runs.points = [*self.points, *more]
-        recorded = sum(point.run is not None for point in more)
-        if recorded:
-            runs._made_by = f"{self._made_by} Larger samples of {recorded} points: {larger._made_by}"
+        if recorded := sum(point.run is not None for point in more):
+            runs._made_by = f"{self._made_by} Larger samples of {recorded} points are from runs of {code(command)}."
         runs.remarks = [*self.remarks, *(larger.remarks if recorded < len(more) else [])]
         return runs
 
@@ -142,7 +147,7 @@ class Runs:
         """
         self.check(reading)
         runs = copy(self)  # with the results that are read already
-        runs.points = [point for point in self.points if point.allows(reading)]
+        runs.points = allowing(self.points, reading)
         return runs
 
     def where(self, where: Where) -> list[Point]:
@@ -152,7 +157,7 @@ class Runs:
             ConfigError: no point has a parameter of such a name.
         """
         self.check(where)
-        return [point for point in self.points if point.has(where)]
+        return having(self.points, where)
 
     def one(self, where: Where) -> Point:
         """Return the only point that has these values.
@@ -212,6 +217,10 @@ class Runs:
                 else LearningCurves.found(arrays, point.parameters.get("world.size"))
             )
         return self._results[point]
+
+    def forget(self, point: Point) -> None:
+        """Free the memory of a result that is not needed again."""
+        self._results.pop(point, None)
 
     def result(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run.
@@ -273,12 +282,13 @@ class Runs:
         Raises:
             ConfigError: there is no such scalar or measure.
         """
+        measured = measure_of(name)
         recorded = [point for point in points if point.run]
         repetitions = [repetition(point) for point in recorded]
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):
-            return Bounded(*mean_of_runs(known, repetitions))
-        measured, results = measure_of(name), [result for point in recorded if (result := self.kept(point))]
+            return Bounded(*mean_of_runs(known, repetitions, of_shares=bool(measured and measured.is_share)))
+        results = [result for point in recorded if (result := self.kept(point))]
         if measured and results and len(results) == len(recorded) and measured.each(results[0]) is None:
             return estimate(measured, results, repetitions)
         numbers = [self._scalar(seeds, name) for seeds in by_design(recorded)]

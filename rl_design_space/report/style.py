@@ -19,6 +19,8 @@ import pandas as pd
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
@@ -124,9 +126,11 @@ def save(figure: Figure, stem: Path, mark: str = "") -> list[Path]:
     if mark:
         place = figure.transFigure + ScaledTranslation(-0.08, -0.08, figure.dpi_scale_trans)  # inches
         figure.text(1, 1, mark, ha="right", va="top", transform=place, **_MARK)  # type: ignore[arg-type]
-    paths = [stem.with_name(f"{stem.name}{suffix}") for suffix in (".png", ".svg")]
-    for path, metadata in zip(paths, ({}, {"Date": None}), strict=True):
-        figure.savefig(path, dpi=_DOTS_PER_INCH, metadata=metadata)
-        figure.set_layout_engine("none")  # the places of all parts are known now; to find them takes as long as to draw
+    png, svg = (stem.with_name(f"{stem.name}{suffix}") for suffix in (".png", ".svg"))
+    figure.set_dpi(_DOTS_PER_INCH)
+    # The canvases, because `Figure.savefig` draws everything once more before each file.
+    FigureCanvasAgg(figure).print_png(png)  # type: ignore[no-untyped-call]
+    figure.set_layout_engine("none")  # the places of all parts are known now; to find them takes as long as to draw
+    FigureCanvasSVG(figure).print_svg(svg, metadata={"Date": None})  # type: ignore[no-untyped-call]
     plt.close(figure)
-    return paths
+    return [png, svg]

@@ -14,11 +14,11 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._paths import expanded
 from rl_design_space._strict import STRICT
-from rl_design_space.config.build import build_component, construct
+from rl_design_space.config.build import build, construct, plain
 from rl_design_space.config.compose import CONFIG_NAME, shipped_config
 from rl_design_space.config.explain import explain
 from rl_design_space.config.grammar import parse
-from rl_design_space.config.measure_name import ValueName
+from rl_design_space.config.measure_name import ValueName, with_own_measures
 from rl_design_space.config.overrides import SETTINGS, is_setting
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.cores import available_threads
@@ -77,7 +77,10 @@ def build_settings(config: DictConfig) -> Settings:
     """
     # A config file of the user's that replaces the shipped one may be older than the settings with a default.
     given = [field.name for field in fields(Settings) if field.name in config or field.default is MISSING]
-    return construct(Settings, {name: build_component(config, name) for name in given})
+    nodes = with_own_measures({name: plain(config, name) for name in given})
+    # The objective may be a mapping, which names no class.
+    values = {name: node if name == "objective" else build(name, node) for name, node in nodes.items()}
+    return construct(Settings, values)
 
 
 def settings_of(overrides: Sequence[str]) -> Settings:

@@ -73,6 +73,34 @@ class NoRuns:
         pass
 
 
+class FoundRuns:
+    """A reader that has looked up the points of a study, so that no part of its report does so again.
+
+    Args:
+        reader: of the tracking store.
+        fingerprints: of the points.
+    """
+
+    def __init__(self, reader: Reader, fingerprints: Collection[str]) -> None:
+        self._reader = reader
+        self._points = frozenset(fingerprints)
+        self._found = reader.finished(fingerprints)
+
+    def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
+        if not self._points.issuperset(fingerprints):
+            return self._reader.finished(fingerprints)
+        return {fingerprint: self._found[fingerprint] for fingerprint in fingerprints if fingerprint in self._found}
+
+    def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
+        return self._reader.periods(run)
+
+    def link(self, ui: str, study: str) -> str:
+        return self._reader.link(ui, study)
+
+    def attach(self, study: str, paths: Sequence[Path]) -> None:
+        self._reader.attach(study, paths)
+
+
 class RunReader:
     """A reader of the complete runs of design points in an MLflow experiment.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space.errors import ConfigError
@@ -38,8 +39,13 @@ def comparable(value: Any) -> Any:
 
 def matches(wanted: Any, value: Any) -> bool:
     """Return whether a value is the wanted one, or one of a list of wanted ones; the list itself may be meant, too."""
+    return value in alternatives(wanted)
+
+
+def alternatives(wanted: Any) -> list[Any]:
+    """Return the values, as frames have them, that match a wanted one, see `matches`."""
     values = [wanted, *wanted] if isinstance(wanted, (list, tuple)) else [wanted]
-    return value in map(comparable, values)
+    return list(map(comparable, values))
 
 
 def chosen(found: Sequence[FoundRun], where: Where) -> list[FoundRun]:
@@ -143,7 +149,13 @@ def _points(runs: Iterable[FoundRun]) -> dict[str, Hashable]:
 
 def _own_components(run: FoundRun) -> list[tuple[str, str]]:
     """Return name of the param with the code, and the component as on the command line, of a user's own components."""
-    return [(name, _component(name.removesuffix(SOURCE), run.params)) for name in run.params if name.endswith(SOURCE)]
+    return [(name, _component(name.removesuffix(SOURCE), run.params)) for name in _sources(tuple(run.params))]
+
+
+@lru_cache(maxsize=1024)
+def _sources(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return those names that are of params with code; thousands of runs have the same names."""
+    return tuple(name for name in names if name.endswith(SOURCE))
 
 
 def _component(key: str, values: Mapping[str, str]) -> str:

@@ -12,6 +12,7 @@ from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
+from rl_design_space.tracking.server_search import search_runs
 from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import (
     access_error,
@@ -57,7 +58,7 @@ class ServerQueries:
         """Return all complete runs."""
         with _translated_errors(self._address):
             experiment = self._experiment()
-            return [_found(run) for run in search_all(self._client(), experiment, _COMPLETE)] if experiment else []
+            return list(self._search(experiment, _COMPLETE)) if experiment else []
 
     def counts(self) -> RunCounts:
         """Count the runs by status."""
@@ -87,7 +88,7 @@ class ServerQueries:
                 return {}
             few = len(fingerprints) <= _FEW
             filters = [f"{_COMPLETE} and tags.fingerprint = '{each}'" for each in fingerprints] if few else [_COMPLETE]
-            found = [_stored(run) for wanted in filters for run in search_all(self._client(), experiment, wanted)]
+            found = [_stored(run) for wanted in filters for run in self._search(experiment, wanted)]
         wanted_points = set(fingerprints)
         return {fingerprint: run for fingerprint, run in found if fingerprint in wanted_points}
 
@@ -118,6 +119,9 @@ class ServerQueries:
         if known and known.lifecycle_stage == "deleted":
             raise deleted_experiment(key, name, self._address.uri, known.experiment_id)
         return str(known.experiment_id) if known else None
+
+    def _search(self, experiment: str, filter_: str) -> Iterator[FoundRun]:
+        return search_runs(self._client(), experiment, filter_, _RUNS_PER_PAGE)
 
     def _client(self) -> MlflowClient:
         self._connected = self._connected or connect(self._address.uri)
@@ -153,13 +157,7 @@ def _translated_errors(address: StoreAddress) -> Iterator[None]:
         raise as_tracking_error(address.uri, error) from error
 
 
-def _found(run: Run) -> FoundRun:
-    info, data = run.info, run.data
-    about = (info.run_id, info.run_name, info.start_time, info.end_time, info.artifact_uri)
-    return FoundRun(*about, data.params, data.metrics, data.tags)
-
-
-def _stored(run: Run) -> tuple[str, StoredRun]:
-    scalars = {name: value for name, value in run.data.metrics.items() if name in SCALARS}
-    stored = StoredRun(run.info.run_id, studies_of(run.data.tags), scalars, run.info.artifact_uri)
-    return run.data.tags.get(FINGERPRINT_TAG, ""), stored
+def _stored(run: FoundRun) -> tuple[str, StoredRun]:
+    scalars = {name: value for name, value in run.metrics.items() if name in SCALARS}
+    stored = StoredRun(run.run_id, studies_of(run.tags), scalars, run.artifacts)
+    return run.tags.get(FINGERPRINT_TAG, ""), stored

@@ -10,10 +10,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import stats
 
 from rl_design_space.analysis import statistics
-from rl_design_space.analysis.statistics import mean_estimate, share_estimate, top_percent_weight
-from tests.analysis.heavy_tails import periods
+from rl_design_space.analysis.averaging import mean_of_runs
+from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.analysis.statistics import (
+    mean_estimate,
+    mean_share_estimate,
+    share_estimate,
+    top_percent_weight,
+    weighted_means,
+)
+from rl_design_space.design import DesignPoint, Direction, Linear, Task
+from rl_design_space.learning import simulate
+from tests.analysis.heavy_tails import periods, stored
 
 SKEWED = np.random.default_rng(1).lognormal(size=40)
 
@@ -30,6 +41,13 @@ def test_the_value_is_the_mean_and_the_interval_is_around_it():
     estimate = mean_estimate(SKEWED)
     assert estimate.value == SKEWED.mean()
     assert SKEWED.min() < estimate.low < estimate.value < estimate.high < SKEWED.max()
+
+
+@pytest.mark.parametrize("periods", [2, 12, 255, 500])
+def test_the_interval_is_that_of_scipy_bit_for_bit(periods: int):
+    values = np.random.default_rng(periods).lognormal(size=periods)
+    again = stats.bootstrap((values,), np.mean, n_resamples=5000, method="BCa", rng=np.random.default_rng(7))
+    assert tuple(mean_estimate(values, seed=7))[1:] == tuple(again.confidence_interval)
 
 
 def test_the_interval_follows_the_skew():
@@ -160,5 +178,30 @@ def test_the_interval_without_resampling_is_close_to_the_resampled_one(monkeypat
 
 @pytest.mark.parametrize("true", [0, 500])
 def test_a_share_of_nothing_or_all_has_an_interval_with_a_width(true: int):
-    found = share_estimate(np.arange(500) < true)
+    which = np.arange(500) < true
+    found = share_estimate(which)
     assert found.high - found.low == pytest.approx(0.0076, abs=1e-4)
+    assert mean_share_estimate(which.astype(float)) == found
+    assert mean_share_estimate(np.append(which, 0.5)) == mean_estimate(np.append(which, 0.5))
+    several = [Repetition(design, 0) for design in "ab"]
+    assert mean_of_runs([which.astype(float)] * 2, several, of_shares=True) == found
+
+
+def test_the_stored_periods_are_those_of_the_kernel():
+    point = DesignPoint(
+        task=Task(goals=2, periods=300),
+        exploration=Linear(k=0.02),
+        representation=Direction(goals="remaining"),
+        seed=2**31,
+    )
+    totals = simulate(point, threads=1).total_steps
+    assert np.isin(totals, periods("remaining_10_2")).all()
+    assert np.array_equal(stored(totals).cumsum(), np.sort(totals))
+
+
+@pytest.mark.parametrize("periods", [1, 7, 500, 5000])
+def test_weighted_means_are_those_of_one_product(periods: int):
+    rng = np.random.default_rng(periods)
+    weights, values = rng.random((50, periods)), rng.lognormal(size=periods)
+    np.testing.assert_allclose(weighted_means(weights, values), weights @ values, rtol=1e-12)
+    assert weighted_means(weights[:0], values).shape == (0,)

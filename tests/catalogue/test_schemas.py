@@ -88,6 +88,11 @@ def test_a_shipped_file_names_its_schema_and_conforms_to_it(file: Path):
         ),
         ("study", "blocks: {a: {representation: [ad_hoc, direction], seed: [0, 1], msa.lengths: [[], [2, 3]]}}"),
         ("study", "{report: {_target_: mine.Report, anything: 1}}"),
+        (
+            "study",
+            "{includes: [a], variations: {readings: {b: {learner.alpha: 0.5}}, around: [[b]], values: {seed: 1}}}",
+        ),
+        ("study", "{defaults: [mine], variations: {order: 2}, report: {title: of two}}"),
         ("", "{defaults: [{world: torus}, _self_], seed: 1, threads: 2, exploration: {k: 0.1}}"),
     ],
 )
@@ -131,7 +136,21 @@ def test_files_that_hydra_accepts_are_valid(group: str, text: str):
             "dumps",
             "1 is",
         ),
+        ("study", "{includes: [a], variations: {order: 2}}", "variations", "'readings' is a required property"),
+        ("study", "{report: {title: a}}", "report", "'_target_' is a required property"),
+        (
+            "study",
+            "{report: {_target_: rl_design_space.report.StateSpace}}",
+            "report",
+            "'title' is a required property",
+        ),
         ("study", "blocks: [a, b]", "blocks", "is not of type 'object'"),
+        (
+            "study",
+            "{includes: [a], variations: {readings: {b: {learner.alpha: 5}}}}",
+            "variations.readings.b.learner.alpha",
+            "5 is not valid",
+        ),
         ("", "{seed: '1'}", "seed", "'1' is not valid"),
         # A class that does not exist, or no class.
         ("exploration", "{_target_: rl_design_space.design.Linaer}", "_target_", "Linaer' is not valid"),

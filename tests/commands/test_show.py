@@ -120,6 +120,16 @@ def test_a_study_with_constraints(said: Said, told: Told, own: Path):
     assert shown["dropped"][0]["count"] == 1
 
 
+def test_a_study_with_readings(said: Said, own: Path):
+    readings = "{fast: {learner.alpha: 0.2}, first: {learner.ties: first}, same: {learner.alpha: 0.1}}"
+    variations = f"{{readings: {readings}, order: 2, around: [[first]]}}"
+    (own / "study" / "varied.yaml").write_text(f"{{blocks: {{a: {{}}}}, variations: {variations}}}", encoding="utf-8")
+    text = said("show", "study=varied", "--config-dir", str(own))
+    assert "fast learner.alpha=0.2" in text
+    assert "combined: alone and up to 2 together; first with each other one" in text
+    assert "6 combinations\n- 2 duplicates of other points\n= 4 points" in text
+
+
 def test_a_study_of_other_studies_and_one_without_points(said: Said, own: Path):
     assert "includes the points of table4, mine" in said("show", "study=both", "--config-dir", str(own))
     assert "no points: the report needs none" in said("show", "study=fig1")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import pytest
 from omegaconf import OmegaConf
@@ -14,6 +15,7 @@ from rl_design_space.config.compose import shipped_config
 from rl_design_space.config.user_config import used
 from rl_design_space.design import AdHoc, DesignPoint, Direction, Linear, Task, Torus
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan import study as study_module
 from rl_design_space.plan.grid import Grid
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_overrides, plan_study, union
@@ -271,6 +273,19 @@ def test_shards_partition_the_plan(planner: Planner, of: int):
 
 
 # Studies of studies.
+
+
+def test_a_study_that_several_include_is_planned_once(planner: Planner, monkeypatch: pytest.MonkeyPatch):
+    planned: list[str] = []
+
+    def counted(name: str, *others: Any) -> Any:
+        planned.append(name)
+        return plan_study(name, *others)
+
+    monkeypatch.setattr(study_module, "plan_study", counted)
+    paper = load_study("paper", ("task.periods=5",), planner)
+    assert len(planned) == len(set(planned)) > 5
+    assert {each.name for each in paper.included} >= {"table4", "claims", "readings"}
 
 
 def test_a_study_may_include_others(planner: Planner):

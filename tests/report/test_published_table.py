@@ -206,9 +206,9 @@ def test_a_cell_shows_the_largest_recorded_sample(small: Small):
     missing = replace(larger, parameters={**points["ad_hoc", 4, 1].parameters, "task.periods": 60}, run=None)
     other = replace(larger, parameters={**larger.parameters, "exploration.k": 0.07})
     again = replace(points["ad_hoc", 5, 1])
-    both = runs.with_larger(Runs([larger, missing, other, again], small.reader, made_by="Made by more."))
+    both = runs.with_larger(Runs([larger, missing, other, again], small.reader), "rl more")
     assert both.points == [*runs.points, larger, missing]
-    assert both.made_by.endswith("Larger samples of 1 points: Made by more.")
+    assert both.made_by.endswith("Larger samples of 1 points are from runs of `rl more`.")
     chosen = largest(both.points)
     assert len(chosen) == len(runs.points)
     assert larger in chosen
@@ -220,7 +220,7 @@ def test_the_shipped_table_names_a_study_with_larger_samples_of_its_direction_ce
     with shipped_config():
         table, tails = load_study("table4", ()), load_study(shipped().larger_samples, ())
     reader = LearningReader(table.plan)
-    runs = Runs.of_study(table, reader).with_larger(Runs.of_study(tails, LearningReader(tails.plan)))
+    runs = Runs.of_study(table, reader).with_larger(Runs.of_study(tails, LearningReader(tails.plan)), tails.command)
     periods = {point.key(("representation", "world.size")): sample(point)[1] for point in largest(runs.points)}
     ad_hoc = {("ad_hoc", size): 500 for size in (10, 20, 30)}
     assert periods == {**ad_hoc, ("direction", 10): 20_000, ("direction", 20): 5000, ("direction", 30): 5000}
