@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType
 
-from benchmarks import browse, reports, roofline, scaling, scaling_plot, start, sweep, tracking
+from benchmarks import browse, reports, roofline, scaling, scaling_plot, start, sweep, tracking, waits, writers
 from benchmarks.client import ROOT
 from benchmarks.peers import PEERS
 from benchmarks.race import Setting, race
@@ -65,6 +65,22 @@ def _scaling(chosen: argparse.Namespace) -> int:
     return 0
 
 
+def _tracking(chosen: argparse.Namespace) -> int:
+    """What recording costs, how much a store takes, and how long one waits for all of it."""
+    _part("tracking", tracking, "What it costs to record a point", chosen, rounds=3)
+    rounds, quick = chosen.rounds or (1 if chosen.quick else 3), chosen.quick
+    results = Results(chosen.outputs, "writers", "How many points a store takes")
+    points = {store: count // 10 if quick else count for store, count in writers.POINTS.items()}
+    calls = writers.measure(rounds, console.print, points=points)
+    frame = writers.summary(calls)
+    results.save(frame, writers.text_of(frame), calls)
+    results = Results(chosen.outputs, "waits", "How long one waits for a sweep")
+    calls = waits.measure(rounds, console.print, cases=waits.waits(200, 30) if quick else waits.waits())
+    frame = waits.summary(calls)
+    results.save(frame, waits.text_of(frame), calls)
+    return 0
+
+
 def _reports(chosen: argparse.Namespace) -> int:
     results = Results(chosen.outputs, "reports", "How long one waits for reports and for 10,000 runs")
     calls = reports.measure(
@@ -92,7 +108,7 @@ PARTS: dict[str, Callable[[argparse.Namespace], int]] = {
     "scaling": _scaling,
     "start": partial(_part, "start", start, "From the command to the first result"),
     "roofline": partial(_part, "roofline", roofline, "Where the time of a step goes"),
-    "tracking": partial(_part, "tracking", tracking, "What it costs to record a point", rounds=3),
+    "tracking": _tracking,
     "sweep": partial(_part, "sweep", sweep, "What a point of a sweep costs beside learning and recording"),
     "browse": partial(_part, "browse", browse, "How long one waits at 10,000 runs", rounds=3),
     "reports": _reports,

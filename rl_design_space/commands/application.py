@@ -38,7 +38,7 @@ def application(config: DictConfig) -> float:
 
 
 def _run_point(config: DictConfig, invocation: Invocation) -> float:
-    from rl_design_space.commands.terminal import console, pending_line, point_table
+    from rl_design_space.commands.terminal import console, pending_line, point_table, run_table
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.plan.planner import plan_composed
     from rl_design_space.run.objective import objective_value, recorded_result
@@ -61,9 +61,11 @@ def _run_point(config: DictConfig, invocation: Invocation) -> float:
         settings.threads,
         lambda: console.print("waiting for another process, which is learning this point"),
     )
+    # Its record is safe on disk; creating a database, or reaching a server, can take a while.
+    console.print(point_table(planned, point_run.stored.scalars))
     delivery = tracker.wait_for_delivery()
     stored = tracker.finished([planned.fingerprint]).get(planned.fingerprint, point_run.stored)
-    console.print(point_table(planned, stored, tracker.location, point_run.is_new))
+    console.print(run_table(stored, tracker.location, point_run.is_new))
     if delivery.lost:
         raise RuntimeError(lost_record(delivery.lost[planned.fingerprint]))
     if delivery.pending:

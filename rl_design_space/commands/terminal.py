@@ -46,6 +46,8 @@ console = Terminal(highlight=False)
 _SPOOLS, _PLAIN = "outputs/spool", re.compile(r"[\w./~-]*")
 #: Half the width of a 95 % interval, in standard errors.
 _NORMAL_95 = 1.96
+#: The longest name of a result: tables one below the other are aligned.
+_LONGEST_NAME = "… in steps of a 10×10 grid"
 #: Maximum number of values that a plan lists for each axis.
 _SHOWN_VALUES = 12
 _MINUTE, _HOUR = 60, 3600
@@ -53,19 +55,9 @@ _MINUTE, _HOUR = 60, 3600
 _TENTHS = 10
 
 
-def point_table(planned: PlannedPoint, stored: StoredRun, location: str, is_new: bool) -> Table:
-    """Return the choices of a point and its results.
-
-    Args:
-        planned: the point.
-        stored: its run.
-        location: name of the tracking store.
-        is_new: whether the point was learned by this command.
-    """
-    scalars = stored.scalars
-    table = Table(box=SIMPLE_HEAD, show_header=False, pad_edge=False)
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column(overflow="fold")
+def point_table(planned: PlannedPoint, scalars: Mapping[str, float]) -> Table:
+    """Return the choices of a point and its results."""
+    table = _two_columns()
     for group, option in planned.options.items():
         table.add_row(group, _choice(planned, group, option))
     table.add_row("task", _choice(planned, "task", ""))
@@ -77,12 +69,31 @@ def point_table(planned: PlannedPoint, stored: StoredRun, location: str, is_new:
         total += f" ± {_NORMAL_95 * scalars['total_steps_sem']:,.1f} (95 %)"
     table.add_row("total steps a period", total)
     if "total_steps_scaled" in scalars:
-        table.add_row("… in steps of a 10×10 grid", f"{scalars['total_steps_scaled']:,.1f}")
+        table.add_row(_LONGEST_NAME, f"{scalars['total_steps_scaled']:,.1f}")
     table.add_row("failed", f"{scalars['failed_trials']:.2%} of trials, in {scalars['failed_periods']:.1%} of periods")
     table.add_row("final steps over optimum", f"{scalars['final_steps_over_optimum']:.3f}")
-    table.add_row("rate", f"{scalars['env_steps_per_second'] / 1e6:.1f} million steps/s", end_section=True)
+    table.add_row("rate", f"{scalars['env_steps_per_second'] / 1e6:.1f} million steps/s")
+    return table
+
+
+def run_table(stored: StoredRun, location: str, is_new: bool) -> Table:
+    """Return where a point is recorded, to be shown below its results.
+
+    Args:
+        stored: its run.
+        location: name of the tracking store.
+        is_new: whether the point was learned by this command.
+    """
+    table = _two_columns()
     run = f"{stored.run_id} in {location}" if stored.run_id else location
     table.add_row("MLflow run", escape(run if is_new else f"{run}; recorded earlier"))
+    return table
+
+
+def _two_columns() -> Table:
+    table = Table(box=SIMPLE_HEAD, show_header=False, pad_edge=False)
+    table.add_column(style="bold", no_wrap=True, min_width=len(_LONGEST_NAME))
+    table.add_column(overflow="fold")
     return table
 
 

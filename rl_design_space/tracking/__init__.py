@@ -8,8 +8,8 @@ How a result gets into the store:
 
 `BackgroundDelivery` keeps the process running and notices which records have left the spool; `Delivery` decides what to
 retry and what to quarantine; a `StoreWriter` writes records, and may be interrupted anywhere: `DatabaseWriter` several
-in one transaction, `ClientWriter` one by one with MLflow's client. `rl-design-space sync` runs a `Delivery` in its own
-process.
+in one transaction, `ClientWriter` step by step with MLflow's client, into a server several points at a time.
+`rl-design-space sync` runs a `Delivery` in its own process.
 """
 
 from rl_design_space.tracking.backends import MlflowTracking, NoTracking, Tracking

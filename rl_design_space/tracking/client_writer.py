@@ -3,32 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import groupby
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space.tracking import values
 from rl_design_space.tracking.artifacts import artifacts_folder, experiment_artifacts
+from rl_design_space.tracking.client_runs import ClientRuns
 from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.locks import PointLocks
 from rl_design_space.tracking.point_runs import PointRuns
+from rl_design_space.tracking.server_runs import ServerRuns
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
-from rl_design_space.tracking.store_errors import DeletedExperimentError, StoreUnavailableError, deleted_experiment
+from rl_design_space.tracking.store_errors import DeletedExperimentError, deleted_experiment
 from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, NOTE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
-    from mlflow.entities import Run
+    from mlflow.entities import Run, RunInfo
 
-#: MLflow refuses larger batches.
-_BATCH = 1000
+#: Points that a server is sent at a time wait for the slowest of their batch: so many times as many are in flight.
+_ROUNDS = 3
 
 
 class ClientWriter:
-    """Writes the records of a spool one by one, see `StoreWriter`.
+    """Writes the records of a spool step by step, see `StoreWriter`; those of several points at a time into a server.
 
     The caller holds the lock of the spool. Then every RUNNING run that this spool has begun is either one to continue
     or one that no process writes to any more.
@@ -39,13 +42,13 @@ class ClientWriter:
         locks: of the points of the store.
     """
 
-    batch = 1
-
     def __init__(self, client: MlflowClient, spool: Spool, locks: PointLocks) -> None:
         self._client = client
         self._spool = spool
         self._locks = locks
         self._address = spool.address
+        self._runs = (ServerRuns if self._address.is_server else ClientRuns)(client, self._address.uri)
+        self.batch = _ROUNDS * self._runs.in_flight if self._address.is_server else 1
         self._identity, self._identities = spool.identity, spool.identities
         #: Names of records that the store may have, completely or in part: another process may have delivered those of
         #: the past, from this spool or another one.
@@ -59,12 +62,17 @@ class ClientWriter:
         }
 
     def write(self, records: Sequence[Record]) -> None:
-        """Write records in this order."""
-        for record in records:
-            maybe_stored = record.name in self._maybe_stored or not record.content.get("checked", True)
-            self._maybe_stored.add(record.name)
-            self._writers[record.kind](record, maybe_stored)
-            self._maybe_stored.discard(record.name)
+        """Write records in this order, but points that follow each other at the same time.
+
+        If one fails, others may have been written; all are looked up before they are written again.
+        """
+        names = {record.name for record in records}
+        unsure = {record.name for record in records if not record.content.get("checked", True)} | self._maybe_stored
+        self._maybe_stored |= names
+        for kind, same in groupby(records, lambda record: record.kind):
+            calls = [partial(self._writers[kind], record, record.name in unsure) for record in same]
+            _run(calls, self._runs.in_flight if kind == POINT else 1)
+        self._maybe_stored -= names
 
     def close_stale_runs(self) -> None:
         """Mark as KILLED the RUNNING runs that no process will finish."""
@@ -77,7 +85,7 @@ class ClientWriter:
     def _kill_if_stale(self, run_id: str, run: RunningRun) -> None:
         if run.is_stale(self._spool, self._locks):
             self._client.set_tag(run_id, INCOMPLETE_TAG, DEAD)
-            self._client.set_terminated(run_id, "KILLED")
+            self._runs.end(run_id, "KILLED")
 
     def _record_point(self, record: Record, maybe_stored: bool) -> None:
         content = record.content
@@ -85,12 +93,12 @@ class ClientWriter:
         found = self._point_runs.settle(record.key, studies) if maybe_stored else None
         if found and found.info.status == "FINISHED":
             return
-        run_id = found.info.run_id if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})
+        run = found.info if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})
         run_content = content_of(record)
-        self._log(run_id, content["started"], run_content.metrics, content["params"])
-        self._log_artifacts(run_id, run_content.artifacts)
+        self._runs.log(run.run_id, content["started"], run_content.metrics, content["params"])
+        self._runs.upload(run, run_content.artifacts)
         self._locks.add_to_journal(record.key)
-        self._client.set_terminated(run_id, "FINISHED")
+        self._runs.end(run.run_id, "FINISHED")
         self._point_runs.settle(record.key, studies)
 
     def _add_studies(self, record: Record, maybe_stored: bool) -> None:
@@ -100,9 +108,9 @@ class ClientWriter:
     def _open_sweep(self, record: Record, maybe_stored: bool) -> None:
         found = self._found(SWEEP_TAG, record.key, self._sweeps) if maybe_stored else None
         content = record.content
-        run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
-        self._log_artifacts(run_id, record.files)
-        self._kill_if_stale(run_id, RunningRun(self._identity, "", record.key))
+        run = found.info if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
+        self._runs.upload(run, record.files)
+        self._kill_if_stale(run.run_id, RunningRun(self._identity, "", record.key))
         for experiment, views in ((self._points, content["views"]), (self._sweeps, content["sweep_views"])):
             for name, value in views.items():
                 self._client.set_experiment_tag(experiment, name, value)
@@ -110,11 +118,11 @@ class ClientWriter:
     def _close_sweep(self, record: Record, maybe_stored: bool) -> None:
         content = record.content
         found = self._found(SWEEP_TAG, record.key, self._sweeps)
-        run_id = found.info.run_id if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
-        self._log(run_id, content["started"], content["metrics"], {})
-        self._log_artifacts(run_id, record.files)
-        self._tag(run_id, {NOTE_TAG: content["note"]})
-        self._client.set_terminated(run_id, content["status"], content["ended"])
+        run = found.info if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
+        self._runs.log(run.run_id, content["started"], content["metrics"], {})
+        self._runs.upload(run, record.files)
+        self._runs.tag(run.run_id, {NOTE_TAG: content["note"]})
+        self._runs.end(run.run_id, content["status"], content["ended"])
 
     @cached_property
     def _points(self) -> str:
@@ -122,7 +130,7 @@ class ClientWriter:
 
     @cached_property
     def _point_runs(self) -> PointRuns:
-        return PointRuns(self._client, self._points, self._identities)
+        return PointRuns(self._runs, self._points, self._identities)
 
     @cached_property
     def _sweeps(self) -> str:
@@ -141,57 +149,17 @@ class ClientWriter:
         folder = artifacts_folder(self._address, self._spool.folder.parent)
         return experiment_id(self._client, self._address.uri, key, name, folder)
 
-    def _create(self, experiment: str, content: Mapping[str, Any], tags: Mapping[str, str]) -> str:
-        run = self._client.create_run(
-            experiment,
-            start_time=content["started"],
-            run_name=values.run_name(content["name"]),
-            tags={**content["tags"], **tags, SPOOL_TAG: self._identity},
-        )
-        return str(run.info.run_id)
+    def _create(self, experiment: str, content: Mapping[str, Any], tags: Mapping[str, str]) -> RunInfo:
+        name, all_tags = values.run_name(content["name"]), {**content["tags"], **tags, SPOOL_TAG: self._identity}
+        return self._runs.create(experiment, name, content["started"], all_tags)
 
     def _found(self, tag: str, value: str, experiment: str) -> Run | None:
         """Return the run of a sweep: a complete one, or one that this spool has begun."""
-        runs = self._client.search_runs([experiment], f"tags.`{tag}` = '{value}'")
+        runs = self._runs.find(experiment, tag, value)
         begun = [
             run for run in runs if run.info.status == "RUNNING" and run.data.tags.get(SPOOL_TAG) in self._identities
         ]
         return next((run for run in [*runs, *begun] if run in begun or run.info.status == "FINISHED"), None)
-
-    def _tag(self, run_id: str, tags: Mapping[str, str]) -> None:
-        from mlflow.entities import RunTag
-
-        if tags:
-            self._client.log_batch(run_id, tags=[RunTag(name, value) for name, value in tags.items()])
-
-    def _log(
-        self, run_id: str, timestamp: int, metrics: Sequence[tuple[str, float, int]], params: Mapping[str, str]
-    ) -> None:
-        """Log params and metrics; repeating it changes nothing, because all timestamps are equal."""
-        from mlflow.entities import Metric, Param
-
-        points = [Metric(name, value, timestamp, step) for name, value, step in metrics]
-        choices = [Param(name, value) for name, value in params.items()]
-        room = _BATCH - len(choices)
-        self._client.log_batch(run_id, metrics=points[:room], params=choices)
-        for first in range(room, len(points), _BATCH):
-            self._client.log_batch(run_id, metrics=points[first : first + _BATCH])
-
-    def _log_artifacts(self, run_id: str, artifacts: Mapping[str, bytes]) -> None:
-        """Upload files.
-
-        Raises:
-            StoreUnavailableError: the store has answered that it has them, and has not.
-        """
-        if not artifacts:
-            return
-        with TemporaryDirectory() as folder:
-            for name, content in artifacts.items():
-                (Path(folder) / name).write_bytes(content)
-            self._client.log_artifacts(run_id, folder)
-        stored = {file.path: file.file_size for file in self._client.list_artifacts(run_id)}
-        if lacking := [name for name, content in artifacts.items() if stored.get(name) != len(content)]:
-            raise StoreUnavailableError(f"{self._address.uri}: was sent {', '.join(lacking)}, and does not have it")
 
 
 def experiment_id(client: MlflowClient, uri: str, key: str, name: str, artifacts: Path | None) -> str:
@@ -221,3 +189,18 @@ def experiment_id(client: MlflowClient, uri: str, key: str, name: str, artifacts
         if known := client.get_experiment_by_name(name):
             return str(known.experiment_id)
         raise
+
+
+def _run(calls: Sequence[Callable[[], None]], in_flight: int) -> None:
+    """Run functions, several at a time; begin no other one after an exception, and raise it when all have ended."""
+    if in_flight == 1:
+        for call in calls:
+            call()
+        return
+    with ThreadPoolExecutor(in_flight) as pool:  # new threads, which have the priority of this one
+        futures = [pool.submit(call) for call in calls]
+        wait(futures, return_when=FIRST_EXCEPTION)
+        pool.shutdown(cancel_futures=True)
+    for future in futures:
+        if not future.cancelled():
+            future.result()

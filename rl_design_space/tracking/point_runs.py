@@ -9,8 +9,9 @@ from rl_design_space.tracking.store_errors import StoreUnavailableError
 from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, SPOOL_TAG, STUDY_TAG
 
 if TYPE_CHECKING:
-    from mlflow import MlflowClient
     from mlflow.entities import Run
+
+    from rl_design_space.tracking.client_runs import ClientRuns
 
 #: How often runs are settled, which another process may change at that time.
 _ATTEMPTS = 20
@@ -27,13 +28,13 @@ class PointRuns:
     Runs are not deleted, because MLflow's permission to edit does not include that.
 
     Args:
-        client: of the store.
+        runs: of the store.
         experiment: id of the experiment.
         spools: identities of the spool whose delivery lock is held.
     """
 
-    def __init__(self, client: MlflowClient, experiment: str, spools: Collection[str]) -> None:
-        self._client = client
+    def __init__(self, runs: ClientRuns, experiment: str, spools: Collection[str]) -> None:
+        self._runs = runs
         self._experiment = experiment
         self._spools = spools
 
@@ -48,7 +49,7 @@ class PointRuns:
             StoreUnavailableError: the store does not keep what it has accepted.
         """
         for _ in range(_ATTEMPTS):
-            runs = self._client.search_runs([self._experiment], f"tags.`{FINGERPRINT_TAG}` = '{fingerprint}'")
+            runs = self._runs.find(self._experiment, FINGERPRINT_TAG, fingerprint)
             begun = [
                 run for run in runs if run.info.status == "RUNNING" and run.data.tags.get(SPOOL_TAG) in self._spools
             ]
@@ -64,13 +65,10 @@ class PointRuns:
 
     def _keep(self, run_id: str, studies: Mapping[str, str], others: Sequence[Run]) -> None:
         """Add tags of studies to a run, and mark the other ones of its point as KILLED."""
-        from mlflow.entities import RunTag
-
-        if studies:
-            self._client.log_batch(run_id, tags=[RunTag(name, value) for name, value in studies.items()])
+        self._runs.tag(run_id, studies)
         for run in others:
-            self._client.set_tag(run.info.run_id, INCOMPLETE_TAG, f"its point is recorded by run {run_id}")
-            self._client.set_terminated(run.info.run_id, "KILLED")
+            self._runs.tag(run.info.run_id, {INCOMPLETE_TAG: f"its point is recorded by run {run_id}"})
+            self._runs.end(run.info.run_id, "KILLED")
 
 
 def _order(run: Run) -> tuple[int, str]:

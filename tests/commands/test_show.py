@@ -73,7 +73,7 @@ def test_options_of_ones_own(told: Told, own: Path):
     child = told("show", "representation=child", "--config-dir", str(own))
     assert child["target"] == "rl_design_space.design.Direction"
     assert child["parameters"]["representation.rule"]["default"] == "horizontal_first"
-    assert child["parameters"]["representation.goals"]["default"] == "all"
+    assert child["parameters"]["representation.goals"]["default"] == "remaining"
     opened = told("show", "representation=open", "--config-dir", str(own))
     assert opened["parameters"]["representation.radius"]["default"] == "???"
 

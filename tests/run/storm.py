@@ -140,7 +140,7 @@ class Storm:
 
     def _kill_one(self) -> None:
         before = len(self._stored()[0])
-        process = self._start(self._chance.randrange(self._weather.outputs))
+        begin, process = monotonic(), self._start(self._chance.randrange(self._weather.outputs))
         if self._weather.victim == "tracker":
             while process.poll() is None and not _trackers(process.pid):
                 sleep(0.01)
@@ -149,7 +149,9 @@ class Storm:
             until = monotonic() + self._chance.uniform(0.3, 1.1) * self._usual
         while process.poll() is None and monotonic() < until:
             sleep(0.01)
-        if process.poll() is None and self._strike(process):
+        if process.poll() is not None:  # it has ended by itself: the next one has to be killed sooner
+            self._usual = monotonic() - begin
+        elif self._strike(process):
             self.damage.kills += 1
             new = len(self._stored()[0]) - before
             self.damage.stages["none" if not new else "all" if new == self._points - before else "some"] += 1

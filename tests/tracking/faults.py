@@ -65,15 +65,16 @@ class Sabotage:
     Args:
         folder: to run them in.
         kills: `tracker`, or `sweep` for all of its processes.
+        variables: of the environment, in addition.
     """
 
-    def __init__(self, folder: Path, kills: str) -> None:
+    def __init__(self, folder: Path, kills: str, **variables: str) -> None:
         self.folder = folder
         self._faults = folder / "faults"
         for name in ("own", "temporary", "faults"):
             (folder / name).mkdir()
         (folder / "own" / "sitecustomize.py").write_text(SABOTAGE, encoding="utf-8")
-        self._environment = environment(folder, FAULTS=str(self._faults), FAULT_KILLS=kills)
+        self._environment = environment(folder, FAULTS=str(self._faults), FAULT_KILLS=kills, **variables)
 
     def run(self, *words: str, faults: tuple[str, ...] = ()) -> tuple[int, str]:
         """Run rl-design-space in a process group of its own; return its exit status and output.

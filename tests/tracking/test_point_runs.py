@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from rl_design_space.tracking import client_writer
 from rl_design_space.tracking.address import StoreAddress
+from rl_design_space.tracking.client_runs import ClientRuns
 from rl_design_space.tracking.client_writer import ClientWriter
 from rl_design_space.tracking.content import RunContent
 from rl_design_space.tracking.locks import locks_at
@@ -184,6 +185,6 @@ def test_a_store_that_keeps_nothing_does_not_occupy_delivery_for_ever(folder: Pa
     client = Client(server, 0, lambda: None)
     for _ in range(2):
         client.set_terminated(client.create_run("points", tags={}).info.run_id, "FINISHED")
-    client.set_terminated = lambda run_id, status: None
+    client.set_terminated = lambda *ending: None
     with pytest.raises(StoreUnavailableError, match="run 0: what the store has accepted is not there"):
-        PointRuns(client, "points", ()).settle("point", {})
+        PointRuns(ClientRuns(client, "uri"), "points", ()).settle("point", {})

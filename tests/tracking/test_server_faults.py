@@ -21,6 +21,7 @@ from rl_design_space.tracking.delivery import deliver_all
 from tests.command_runner import PATIENCE, Completed, commands_in, finished, started, wait_until
 from tests.servers import MlflowServer, Postgres, needs_postgres
 from tests.service import free_port
+from tests.tracking.faults import Sabotage
 from tests.tracking.stores import import_mlflow, learned, undelivered_tracker_at
 
 pytestmark = needs_postgres
@@ -267,6 +268,35 @@ def test_postgresql_without_a_server(postgres: Postgres, command, tmp_path: Path
 def test_a_database_server_that_is_down_is_given_up_in_time(command, tmp_path: Path):
     """MLflow itself retries for an hour."""
     store = at(f"postgresql://nobody@127.0.0.1:{free_port()}/nothing", "nowhere")
+    # The result is there before anything is known about the store.
+    with started(tmp_path, *TINY[1:], "tracking.patience=600", "outputs=out", *store) as process:
+        wait_until(lambda: "total steps a period" in process.stdout.readline(), process)
+        process.kill()
+        process.communicate(timeout=PATIENCE)
     done = command(*TINY[1:], "tracking.patience=2", *store, status=1)
     assert "1 result of" in done.stdout
     assert "refused" in command("sync", *store, "tracking.patience=2", status=1).stdout
+
+
+def test_a_tracker_process_that_is_killed_in_a_batch_for_postgresql_is_restarted(
+    mlflow_server: MlflowServer, tmp_path: Path
+):
+    import psycopg
+
+    # The server's database, which has its tables, without the server.
+    uri = mlflow_server.environment["MLFLOW_BACKEND_STORE_URI"]
+    password = uri.partition("@")[0].rpartition(":")[2]
+    store = ("outputs=out", *at(uri.replace(f":{password}@", "@"), "struck"))
+    stages = ("after params 1", "before metrics 1", "before commit 1")
+    sabotage = Sabotage(tmp_path, "tracker", PGPASSWORD=password)
+    status, output = sabotage.run(*TINY, "seed=range(0,8)", *store, faults=stages)
+    assert status == 0, output
+    assert pending(tmp_path) == 0
+    query = """
+        select count(*), count(distinct value), min(status), max(status), count(distinct held) from (
+            select value, status, (select count(*) from metrics where metrics.run_uuid = runs.run_uuid) as held
+            from runs join tags using (run_uuid) join experiments using (experiment_id)
+            where key = 'fingerprint' and experiments.name = 'struck') as points
+    """
+    with closing(psycopg.connect(uri)) as connection:
+        assert connection.execute(query).fetchone() == (8, 8, "FINISHED", "FINISHED", 1)
