@@ -33,7 +33,8 @@ def test_a_sweep_ends_with_its_best_designs_their_ties_and_what_mattered():
     lines = result_lines(plan, stored, ["outputs=my out"])
     assert lines[0] == "fewest total steps of 6 designs, ± 95 % of each by itself:"
     assert [line[:15] for line in lines[1:7]] == [
-        "  ≈ 4,000 ± 176", "  ≈ 4,200 ± 176", "    6,000 ± 176", "    6,300 ± 176", "    10,000 ± 17", "    15,000 ± 17",
+        "  ≈ 4,000 ± 176", "  ≈ 4,200 ± 176", "    6,000 ± 176",
+        "    6,300 ± 176", "    10,000 ± 17", "    15,000 ± 17",
     ]  # fmt: skip
     assert lines[1].endswith("  representation=ad_hoc reward=many_rewards")
     assert lines[7].startswith("≈ 2 designs cannot be told from the best")
