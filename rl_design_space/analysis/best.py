@@ -76,14 +76,14 @@ def best_set(
     """
     if largest_is_best:
         value, samples, each = -value, -samples, None if each is None else -each
-    drawn = samples - value if each is None else _multiplied(each)
+    centred = None if each is None else np.asarray(each - each.mean(axis=0), np.float32)
+    drawn = samples - value if centred is None else _multiplied(centred)
     leader = int(value.argmin())
     order = np.argsort(value, kind="stable")
     doubt = np.full(len(value), -np.inf)  # how much further another design is better than the bound reaches
     for other in order[:_LEADERS].tolist():
-        away = value - value[other]
-        reach = _errors(samples, each, other) * _reach(_FAR, each, other, -1)
-        doubt = np.maximum(doubt, away - reach)
+        error, skew = _spread(samples, centred, other)
+        doubt = np.maximum(doubt, value - value[other] - error * _reach(_FAR, -skew))
     near = np.flatnonzero(doubt <= 0)
     near = near[np.argsort(value[near], kind="stable")]
     exact = max(1, int(_WORK / (drawn.size + samples.size)))
@@ -92,14 +92,14 @@ def best_set(
     decided = np.full(len(value), np.nan)
     quantile = 0.0
     for count, design in enumerate(near.tolist()):
-        error = _errors(samples, each, design)
+        error, skew = _spread(samples, centred, design)
         if count < exact:
             largest = _ratio(drawn - drawn[:, [design]], error).max(axis=1)
             found = max(0.0, float(np.quantile(largest, CONFIDENCE)))
             quantile = max(quantile, found)
         else:
             found = quantile
-        reach = error * _reach(found, each, design)
+        reach = error * _reach(found, skew)
         bound = value - value[design] + reach
         bound[design] = 0
         if (bound >= 0).all():
@@ -117,41 +117,42 @@ def best_set(
     return BestSet(inside, loss, probability, decided, leader)
 
 
-def _multiplied(each: FloatArray) -> FloatArray:
-    """Return (draws, designs) normal variables with the covariances of the means."""
-    periods = len(each)
+def _multiplied(centred: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return (draws, designs) normal variables with the covariances of the means, of (periods, designs) deviations."""
+    periods = len(centred)
     multipliers = np.random.default_rng(0).standard_normal((RESAMPLES, periods))
     multipliers -= multipliers.mean(axis=1, keepdims=True)
-    return np.asarray(multipliers @ (each - each.mean(axis=0))) / periods
+    return np.asarray(multipliers.astype(np.float32) @ centred / np.float32(periods))
 
 
-def _reach(quantile: float, each: FloatArray | None, design: int, sign: int = 1) -> FloatArray | float:
-    """Return the number of standard errors that a bound lies above each difference from a design, by its skew.
+def _spread(samples: FloatArray, centred: NDArray[np.float32] | None, design: int) -> tuple[FloatArray, FloatArray]:
+    """Return the standard errors of the differences of all designs from one, and the skew of their means.
+
+    Args:
+        samples: (resamples, designs) resampled values.
+        centred: (periods, designs) deviations from the means; None if values are means of none. No skew is known then.
+        design: whose values are subtracted.
+    """
+    if centred is None:
+        return (samples - samples[:, [design]]).std(axis=0, ddof=1), np.zeros(samples.shape[1])
+    periods = len(centred)
+    away = centred - centred[:, [design]]
+    squares = away * away
+    second = squares.mean(axis=0, dtype=np.float64)
+    squares *= away
+    skew = _ratio(squares.mean(axis=0, dtype=np.float64), second**1.5) / np.sqrt(periods)
+    return np.sqrt(second / (periods - 1)), skew
+
+
+def _reach(quantile: float, skew: FloatArray) -> FloatArray:
+    """Return the number of standard errors that a bound lies above each difference.
 
     Args:
         quantile: the number for a difference without skew.
-        each: (periods, designs); None if nothing is known of the skew.
-        design: whose values are subtracted.
-        sign: -1 for the negative differences.
+        skew: of the mean differences.
     """
-    if each is None:
-        return quantile
-    away = each - each[:, [design]]
-    away -= away.mean(axis=0)
-    squares = away * away
-    skew = sign * _ratio(np.einsum("pd,pd->d", squares, away) / len(each), squares.mean(axis=0) ** 1.5)
-    skew /= np.sqrt(len(each))
-    skew[np.abs(skew) < _NO_SKEW] = _NO_SKEW
+    skew = np.where(np.abs(skew) < _NO_SKEW, _NO_SKEW, skew)
     return np.asarray(np.maximum(quantile, 3 / skew * (1 - np.cbrt(1 - skew * (quantile + skew / 6)))))
-
-
-def _errors(samples: FloatArray, each: FloatArray | None, design: int) -> FloatArray:
-    """Return the standard errors of the differences of all designs from one."""
-    if each is None:
-        spread: FloatArray = (samples - samples[:, [design]]).std(axis=0, ddof=1)
-        return spread
-    error: FloatArray = (each - each[:, [design]]).std(axis=0, ddof=1) / np.sqrt(len(each))
-    return error
 
 
 def _ratio(away: FloatArray, error: FloatArray) -> FloatArray:
