@@ -94,7 +94,7 @@ def best_set(
     for count, design in enumerate(near.tolist()):
         error, skew = _spread(samples, centred, design)
         if count < exact:
-            largest = _ratio(drawn - drawn[:, [design]], error).max(axis=1)
+            largest = _ratio(np.asarray(drawn - drawn[:, [design]], np.float64), error).max(axis=1)
             found = max(0.0, float(np.quantile(largest, CONFIDENCE)))
             quantile = max(quantile, found)
         else:
