@@ -43,7 +43,7 @@ def made_up(**columns: object) -> pd.DataFrame:
     cells = cells.assign(
         measured=np.nan, ci_low=np.nan, ci_high=np.nan, failed_periods=np.nan, top_percent=np.nan
     ).assign(failed_low=np.nan, failed_high=np.nan)
-    cells = cells.assign(planned=True)
+    cells = cells.assign(planned=True, periods=500)
     cells = cells.assign(**columns)
     return cells.assign(ratio=cells["measured"] / cells["paper"])
 
