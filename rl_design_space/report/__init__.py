@@ -6,6 +6,7 @@ from rl_design_space.report.curves import Curves
 from rl_design_space.report.curves_figure import CurvesFigure
 from rl_design_space.report.figures import Figures
 from rl_design_space.report.heatmap import Heatmap
+from rl_design_space.report.multiverse import Multiverse
 from rl_design_space.report.page import Page
 from rl_design_space.report.property_map import PropertyMap
 from rl_design_space.report.published_table import PublishedTable
@@ -22,6 +23,7 @@ __all__ = [
     "CurvesFigure",
     "Figures",
     "Heatmap",
+    "Multiverse",
     "Page",
     "PropertyMap",
     "PublishedTable",
