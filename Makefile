@@ -1,6 +1,7 @@
 # Everything a newcomer needs:
 #   make run    set up, run every table and figure of the paper, write the page with all of them
 #   make quick  like make run, with a tenth of the periods, for a first look
+#   make multiverse  like make run, and under what each claim of the paper holds: every reading, measure and limit
 #   make test   set up, then lint, types and tests
 #   make ui     open the MLflow UI on the recorded runs
 #   make bench  set up with other implementations, then measure ours against them
@@ -11,7 +12,7 @@ BIN     := $(VENV)/bin
 
 export MLFLOW_DISABLE_TELEMETRY := true
 
-.PHONY: help run quick test ui bench peers lint schemas lock clean
+.PHONY: help run quick multiverse test ui bench peers lint schemas lock clean
 .DEFAULT_GOAL := help
 
 help:
@@ -26,6 +27,12 @@ quick: $(VENV)/.run
 	$(BIN)/rl-design-space study=paper task.periods=50 outputs=outputs/quick
 	$(BIN)/rl-design-report all task.periods=50 outputs=outputs/quick >/dev/null
 	@echo "The page is outputs/quick/report/index.html"
+
+multiverse: $(VENV)/.run
+	$(BIN)/rl-design-space study=paper,multiverse
+	$(BIN)/rl-design-report multiverse >/dev/null
+	$(BIN)/rl-design-report all >/dev/null
+	@echo "The page is outputs/report/index.html, with the multiverse of the claims"
 
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist loadfile

@@ -9,6 +9,7 @@ from rl_design_space.report.figures import Figures
 from rl_design_space.report.heatmap import Heatmap
 from rl_design_space.report.importance import Importance
 from rl_design_space.report.interactions import Interactions
+from rl_design_space.report.multiverse import Multiverse
 from rl_design_space.report.page import Page
 from rl_design_space.report.profile import Profile
 from rl_design_space.report.property_map import PropertyMap
@@ -29,6 +30,7 @@ __all__ = [
     "Heatmap",
     "Importance",
     "Interactions",
+    "Multiverse",
     "Page",
     "Profile",
     "PropertyMap",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
@@ -70,6 +70,10 @@ class Report(ABC):
         """Return the main numbers as lines for a terminal; empty if the text begins with them."""
         return []
 
+    def more_pictures(self, frames: Frames) -> Iterable[tuple[str, str, Figure]]:
+        """Yield more pictures: what the name of the file adds to that of the report, a description, and the picture."""
+        return ()
+
     def csv(self, frames: Frames) -> Frames:
         """Return the frames as they are written to CSV files; all of them unless a report says otherwise."""
         return frames
@@ -104,8 +108,16 @@ class Report(ABC):
             paths.append(stem.with_name(f"{stem.name}{name}.csv"))
             without_formulas(frame).to_csv(paths[-1], index=False)
         paths.append(stem.with_name(f"{stem.name}.md"))
-        picture = f"![{self.shows or self.heading}]({quote(stem.name)}.png)"
-        parts = [f"# {self.heading}", picture, runs.made_by, *runs.remarks, *self.text(frames), *self.notes]
+        pictures = [_picture(self.shows or self.heading, stem.name)]
+        for name, shows, figure in self.more_pictures(frames):
+            pictures.append(_picture(shows, f"{stem.name}{name}"))
+            paths[-1:-1] = save(figure, stem.with_name(f"{stem.name}{name}"), runs.mark)
+        first, *more = pictures
+        parts = [f"# {self.heading}", first, runs.made_by, *runs.remarks, *self.text(frames), *more, *self.notes]
         paths[-1].write_text("\n\n".join(parts) + "\n", encoding="utf-8")
         runs.tell(self.numbers(frames))
         return paths
+
+
+def _picture(shows: str, name: str) -> str:
+    return f"![{shows}]({quote(name)}.png)"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
 import re
 import sys
 import threading
@@ -30,6 +29,7 @@ from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study
+from rl_design_space.report.page_claims import PageClaim, page_claims
 
 if TYPE_CHECKING:
     from rl_design_space.tracking.read import Reader
@@ -63,7 +63,9 @@ class Page:
     Attributes:
         title: of the page.
         sections: names of the studies whose reports it holds, in their order.
-        verdicts: the study among them with the claims, whose verdicts stand on top.
+        verdicts: the study among them with the claims, which stand on top.
+        multiverse: the study whose report tells under what the claims hold; the page shows it if it is in its folder,
+            and otherwise says how to make it. None if empty.
         ui: address of the MLflow UI, for links to the runs.
         default: whether `rl-design-report all` writes this page.
     """
@@ -71,6 +73,7 @@ class Page:
     title: str
     sections: Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
     verdicts: str
+    multiverse: str = ""
     ui: str
     default: bool = False
 
@@ -87,17 +90,23 @@ class Page:
             (text,) = (path for path in written if path.suffix == ".md")
             runs = reader.link(self.ui, part.name) if part.plan else ""
             sections.append(_section(part.name, text, runs))
+        multiverse = folder / self.multiverse if self.multiverse else None
+        if multiverse and (text := multiverse.with_suffix(".md")).exists():
+            sections.insert(0, _section(self.multiverse, text, reader.link(self.ui, self.multiverse)))
+        else:
+            multiverse = None
         page = folder / "index.html"
-        page.write_text(self.render(study, sections, _verdicts(folder / f"{self.verdicts}.csv")), encoding="utf-8")
+        claims = page_claims(folder / f"{self.verdicts}.csv", multiverse)
+        page.write_text(self.render(study, sections, claims), encoding="utf-8")
         return [*paths, page]
 
-    def render(self, study: Study, sections: list[Section], verdicts: list[dict[str, str]]) -> str:
+    def render(self, study: Study, sections: list[Section], claims: Sequence[PageClaim]) -> str:
         """Return the page as HTML.
 
         Args:
             study: the study of the page.
             sections: its reports.
-            verdicts: rows of the ledger of claims.
+            claims: as the top of the page shows them.
         """
         loader = PackageLoader("rl_design_space.report", "templates")
         environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
@@ -105,8 +114,10 @@ class Page:
         return environment.get_template(_TEMPLATE).render(
             title=self.title,
             sections=sections,
-            verdicts=verdicts,
-            counts=Counter(row["verdict"] for row in verdicts),
+            claims=claims,
+            counts=Counter(claim.verdicts[0][1] for claim in claims),
+            multiverse=self.multiverse,
+            has_multiverse=any(section.name == self.multiverse for section in sections),
             command=study.command,
             report_command=study.report_command,
             points=len(study.plan),
@@ -159,8 +170,3 @@ def _in_boxes(body: str) -> str:
     """Put each table into a box, which scrolls sideways where the page is narrow, and headings below the section's."""
     body = body.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
     return body.replace("<h2>", "<h3>").replace("</h2>", "</h3>")
-
-
-def _verdicts(ledger: Path) -> list[dict[str, str]]:
-    with ledger.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))

@@ -1,0 +1,203 @@
+"""The multiverse: every claim under every sensible reading, measure, statistic and set of limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from rl_design_space._strict import STRICT
+from rl_design_space.analysis.multiverse.joint import as_good
+from rl_design_space.analysis.multiverse.marks import Mark, Marked, marked
+from rl_design_space.analysis.multiverse.variance import Component, decompose, first_order, total
+from rl_design_space.config.build import construct, plain
+from rl_design_space.config.compose import Composer, shipped_config
+from rl_design_space.errors import ConfigError
+from rl_design_space.report import multiverse_figure, multiverse_text
+from rl_design_space.report.base import MAIN, Frames, Report
+from rl_design_space.report.multiverse_claims import MultiverseClaim, Role, worded
+from rl_design_space.report.multiverse_joint import joint_frame
+from rl_design_space.report.multiverse_numbers import Numbers
+from rl_design_space.report.multiverse_outcomes import ClaimOutcomes, asked, choices, outcomes
+from rl_design_space.report.multiverse_points import ReadPoints, Space, alternatives, readings_of
+from rl_design_space.report.runs import Runs
+from rl_design_space.tracking.selection import Where
+
+CLAIMS, FACTORS, JOINT, CURVE = "_claims", "_factors", "_joint", "_curve"
+_COLUMNS = ["claim", "reading", "measure", "statistic", "threshold", "holds", "value", "low", "high"]
+_Words = Annotated[dict[str, float], Field(strict=False)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Multiverse(Report):
+    """All claims under all of their specifications: reading × measure × statistic × limits.
+
+    Attributes:
+        ledger: the study whose report says what the claims are, a `ClaimsLedger`.
+        common: values of parameters that all points have unless a part says otherwise.
+        decided: values of the parameters that readings change, under the reading that was decided for.
+        readings: what each alternative reading changes, by name; those of the study's variations.
+        apart: a parameter and another one, by whose values readings of the first are told apart.
+        roles: what a word of the claims may be measured by, with `measures` and `statistics`.
+        thresholds: sets of limits by name, each by word; the first is the registered one.
+        claims: by name as in the ledger, each with `role` and `parts`: options of `analysis.parts` with roles as
+            measures and words as limits.
+    """
+
+    builds_options: ClassVar[bool] = True  # the parts: once for each measure, statistic and set of limits
+
+    shows: str = (
+        "A heatmap: for each claim and each reading, the share of the measures, statistics and limits under which the "
+        "claim holds; then the same for each measure, statistic and set of limits"
+    )
+    ledger: str
+    common: Where
+    decided: Where
+    readings: dict[str, Where]
+    apart: dict[str, str] = Field(default_factory=dict)
+    roles: dict[str, Any]
+    thresholds: Annotated[dict[str, _Words], Field(min_length=1)]
+    claims: dict[str, Any]
+
+    def frames(self, runs: Runs) -> Frames:
+        """Return one row for each specification, for each claim, for each factor of a claim, and joint ones.
+
+        Returns:
+            Specifications: claim, reading, measure, statistic, threshold, holds (empty if it cannot be told), value,
+            low, high (of the part that decides). Not written: what, margin, certainty.
+            `_claims`: claim, statement, mark, share, clear, choices, within, specifications, placebo, hangs_on, first,
+            total, missing. `_factors`: claim, factors, share. `_joint`: see `multiverse_joint.joint_frame`. `_curve`:
+            see `multiverse_figure.curve`.
+        """
+        space, found = self.evaluated(runs)
+        statements = self._statements()
+        rows = [_described(each, space) for each in found.values()]
+        claims, factors = [], []
+        for name, statement in statements.items():
+            components: list[Component] = []
+            if name not in found:
+                mark, number, placebo, missing = Marked(Mark.OPEN, np.nan, np.nan), 0, np.nan, "nothing to measure"
+            else:
+                each = found[name]
+                mark, components, missing = _marked(each, space), _components(each, space), each.missing
+                number, placebo = len(each.rows), as_good(each.outcomes)
+            hangs = _largest(components)
+            shares = (mark.share, mark.clear, "; ".join(mark.choices), mark.within)
+            claims.append((name, statement, str(mark.mark), *shares, number, placebo, *hangs, missing))
+            factors += [(name, " × ".join(sorted(part.factors)), part.share) for part in components]
+        specifications = pd.concat(rows, ignore_index=True)
+        return {
+            MAIN: specifications,
+            CLAIMS: pd.DataFrame(claims, columns=_CLAIM_COLUMNS),
+            FACTORS: pd.DataFrame(factors, columns=["claim", "factors", "share"]),
+            JOINT: joint_frame(found, space, self._roles()),
+            CURVE: multiverse_figure.curve(specifications),
+        }
+
+    def csv(self, frames: Frames) -> Frames:
+        return {**frames, MAIN: frames[MAIN][_COLUMNS]}
+
+    def draw(self, frames: Frames) -> Figure:
+        return multiverse_figure.heatmap(frames[MAIN], frames[CLAIMS], self.title)
+
+    def text(self, frames: Frames) -> list[str]:
+        """Return the marks, what each hangs on, the joint specification, and how the words are to be read."""
+        return multiverse_text.paragraphs(frames[MAIN], frames[CLAIMS], frames[FACTORS], frames[JOINT])
+
+    def more_pictures(self, frames: Frames) -> Iterator[tuple[str, str, Figure]]:
+        """Yield the specification curve of each claim that has several specifications."""
+        statements = frames[CLAIMS].set_index("claim")["statement"]
+        for claim, rows in frames[MAIN].groupby("claim", sort=False):
+            if len(told := rows.dropna(subset="margin")) > 1:
+                about = f"Specification curve of {claim}, {statements[claim]}: all in order, and the choices of each"
+                yield f"-{claim}", about, multiverse_figure.specification_curve(told, f"{claim}: {statements[claim]}")
+
+    def evaluated(self, runs: Runs) -> tuple[Space, dict[str, ClaimOutcomes]]:
+        """Return what the specifications are made of, and the outcomes of each claim by name.
+
+        Raises:
+            ConfigError: a claim has a value that is not allowed, or a part does not name its points.
+        """
+        there = alternatives(self.readings, self.apart, runs.points)
+        space = Space(there, readings_of(there), list(self.thresholds), self.decided)
+        points = ReadPoints(runs.points, self.decided, self.common, there)
+        roles = self._roles()
+        wordings = {
+            name: worded(name, construct(MultiverseClaim, node, f"claims.{name}"), roles, self.thresholds)
+            for name, node in self.claims.items()
+        }
+        wanted: dict[Any, set[str]] = {}
+        for wording in wordings.values():
+            for base, measure in asked(wording, points):
+                for reading in space.readings:
+                    wanted.setdefault(points.read(base, reading), set()).add(measure)
+        numbers = Numbers(runs)
+        numbers.compute(wanted)
+        return space, {name: outcomes(wording, points, numbers, space.readings) for name, wording in wordings.items()}
+
+    def _roles(self) -> dict[str, Role]:
+        return {name: construct(Role, node, f"roles.{name}") for name, node in self.roles.items()}
+
+    def _statements(self) -> dict[str, str]:
+        """Return what the claims say.
+
+        Raises:
+            ConfigError: the ledger's study has another report, or does not have one of the claims.
+        """
+        with shipped_config():
+            node = plain(Composer().config([f"study={self.ledger}"]), "study").get("report")
+        ledger = node.get("claims") if isinstance(node, Mapping) else None
+        if not isinstance(ledger, Mapping):
+            raise ConfigError.at("report.ledger", self.ledger, "should be a study whose report is a ClaimsLedger")
+        for name in self.claims:
+            if name not in ledger:
+                raise ConfigError.unknown("claim", name, ledger)
+        return {str(name): str(claim["statement"]) for name, claim in ledger.items()}
+
+
+_CLAIM_COLUMNS = [
+    "claim", "statement", "mark", "share", "clear", "choices", "within", "specifications", "placebo", "hangs_on",
+    "first", "total", "missing",
+]  # fmt: skip
+
+
+def _described(found: ClaimOutcomes, space: Space) -> pd.DataFrame:
+    """Return the specifications of a claim by the names of their choices."""
+    wording = found.wording
+    rows = [
+        (
+            wording.name, space.reading(row.reading), wording.measures[row.measure],
+            wording.statistics[row.statistic], space.thresholds[row.threshold], row.holds, row.value, row.low, row.high,
+            row.what, row.margin, row.certainty,
+        )
+        for row in found.rows
+    ]  # fmt: skip
+    return pd.DataFrame(rows, columns=[*_COLUMNS, "what", "margin", "certainty"])
+
+
+def _marked(found: ClaimOutcomes, space: Space) -> Marked:
+    told = [row for row in found.rows if row.what]
+    if not told:
+        return Marked(Mark.OPEN, np.nan, np.nan)
+    made = choices(found, space.readings, space.says, space.thresholds)
+    holds = np.array([row.holds is True for row in found.rows])
+    return marked(holds, np.array([row.certainty for row in found.rows]), made)
+
+
+def _components(found: ClaimOutcomes, space: Space) -> list[Component]:
+    keys = [each.key for each in space.alternatives]
+    return decompose(found.verdicts, space.readings, keys, ["measure", "statistic", "threshold"])
+
+
+def _largest(components: Sequence[Component]) -> tuple[str, float, float]:
+    """Return the factor that a verdict hangs on most, with its first-order and total shares."""
+    factors = dict.fromkeys(factor for part in components for factor in part.factors)
+    if not factors:
+        return "", np.nan, np.nan
+    largest = max(factors, key=lambda factor: total(components, factor))
+    return largest, first_order(components, largest), total(components, largest)

@@ -1,0 +1,67 @@
+"""Margins: inside and outside of ranges, censored numbers, and combinations."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rl_design_space.analysis.bounds import Bounds, known
+from rl_design_space.analysis.multiverse.margins import MOST, Margin, interval, smallest
+
+INF = math.inf
+
+
+def margin(numbers: list[float], low: float, high: float) -> Margin:
+    return Margin.of(known(np.array(numbers, float)), low, high)
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "factor"),
+    [(2.0, 1.0, INF, 2), (0.5, 1.0, INF, 0.5), (1.0, -INF, 1.05, 1.05), (3, 1, 4, 4 / 3), (8, 1, 4, 0.5)],
+)
+def test_a_margin_is_the_factor_from_the_nearest_limit(value: float, low: float, high: float, factor: float):
+    assert margin([value], low, high).value == pytest.approx(math.log(factor))
+
+
+@pytest.mark.parametrize(("value", "low", "margin_"), [(0.1, 0.0, MOST), (-0.1, 0.0, -MOST), (-3, 5, -MOST)])
+def test_a_limit_of_0_and_a_wrong_sign_are_as_far_as_can_be(value: float, low: float, margin_: float):
+    assert margin([value], low, INF).value == margin_
+
+
+def test_certainty_counts_the_resamples_that_come_out_alike():
+    assert margin([2, 2, 2, 2, 0.5], 1, INF).certainty == 0.75
+    assert margin([0.5, 0.4, 0.3, 2], 1, INF).certainty == pytest.approx(2 / 3)
+
+
+def test_what_follows_from_a_censored_number_is_told_and_the_rest_is_not():
+    never = Bounds(np.array([100.0]), np.array([INF]))
+    twenty = known(np.array([20.0]))
+    assert Margin.of(never.over(twenty), 1.5, INF).holds is True
+    assert Margin.of(never.over(twenty), 6, INF).holds is None
+    assert Margin.of(twenty.over(never), -INF, 0.5).holds is None  # it is never divided by
+    assert Margin.of(twenty.minus(never), -INF, 0).holds is True
+    assert Margin.of(never, -INF, 45).holds is False
+    assert Margin.of(never.over(never), 0.8, 1.25).holds is None
+
+
+def test_what_is_not_defined_is_not_told():
+    assert margin([math.nan, 1], 0.5, INF).holds is None
+
+
+def test_all_and_any():
+    inside, outside = margin([2], 1, INF), margin([0.5], 1, INF)
+    assert (inside & outside).holds is False
+    assert (inside | outside).holds is True
+    assert (inside & outside).value == outside.value
+
+
+def test_the_smallest_of_numbers_is_bounded_by_the_known_one():
+    found = smallest([Bounds(np.array([100.0]), np.array([INF])), known(np.array([30.0]))])
+    assert (found.low[0], found.high[0]) == (30, 30)
+
+
+def test_an_interval_leaves_the_measured_value_aside():
+    assert interval(known(np.array([50.0, *range(1, 101)]))) == (3, 98)
+    assert all(map(math.isnan, interval(known(np.array([1.0])))))
