@@ -18,18 +18,17 @@ from rl_design_space.config.measure_name import measure_of
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
-from rl_design_space.report.parameters import SEED, order, text
+from rl_design_space.report.chosen_points import ChosenPoints
+from rl_design_space.report.parameters import SEED, text
 from rl_design_space.report.points import (
     Point,
-    allowing,
     by_design,
-    having,
     other_samples,
     points_of_frame,
     repetition,
 )
 from rl_design_space.report.watching import Watch, unwatched
-from rl_design_space.tracking.selection import Where, comparable
+from rl_design_space.tracking.selection import comparable
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
 _RUNS = "\0"
 
 
-class Runs:
+class Runs(ChosenPoints):
     """Design points and their results; each result is read once.
 
     Args:
@@ -60,10 +59,9 @@ class Runs:
         remarks: Sequence[str] = (),
         mark: str = "",
     ) -> None:
-        self.points = list(points)
+        super().__init__(points, name)
         self.remarks, self.mark = remarks, mark
         self._made_by = made_by
-        self._name = name
         self._reader = reader
         self._results: dict[Point, LearningCurves | None] = {}
         #: Points whose results were asked for.
@@ -123,17 +121,6 @@ class Runs:
         """The points that have a run."""
         return [point for point in self.points if point.run]
 
-    def check(self, names: Iterable[str]) -> None:
-        """Refuse names of parameters that no point has.
-
-        Raises:
-            ConfigError: there is such a name; the nearest right one is named.
-        """
-        for name in names:
-            if not any(name in point.parameters for point in self.points):
-                known = {name for point in self.points for name in point.parameters}
-                raise ConfigError.unknown("parameter of these runs", name, known)
-
     def with_larger(self, larger: Runs, command: str) -> Runs:
         """Return these runs and larger samples of their designs, which a command line makes, see `points.largest`."""
         runs = copy(self)
@@ -143,73 +130,6 @@ class Runs:
             runs._made_by = f"{self._made_by} Larger samples of {recorded} points are from runs of {code(command)}."
         runs.remarks = [*self.remarks, *(larger.remarks if recorded < len(more) else [])]
         return runs
-
-    def under(self, reading: Where) -> Runs:
-        """Return these runs without the points that have one of these parameters with another value.
-
-        Raises:
-            ConfigError: no point has a parameter of such a name.
-        """
-        self.check(reading)
-        runs = copy(self)  # with the results that are read already
-        runs.points = allowing(self.points, reading)
-        return runs
-
-    def where(self, where: Where) -> list[Point]:
-        """Return the points that have these values, recorded or not, in their order.
-
-        Raises:
-            ConfigError: no point has a parameter of such a name.
-        """
-        self.check(where)
-        return having(self.points, where)
-
-    def one(self, where: Where) -> Point:
-        """Return the only point that has these values.
-
-        Raises:
-            ConfigError: there is none, or there are several.
-        """
-        found = self.where(where)
-        if len(found) != 1:
-            raise self._not_one(where, found)
-        return found[0]
-
-    def seeds(self, where: Where) -> list[Point]:
-        """Return the only design that has these values: its points, one for each seed.
-
-        Raises:
-            ConfigError: there is none, or there are several.
-        """
-        designs = by_design(found := self.where(where))
-        if len(designs) != 1:
-            raise self._not_one(where, found)
-        return designs[0]
-
-    def _not_one(self, where: Where, found: Sequence[Point]) -> ConfigError:
-        wanted = " ".join(f"{name}={value}" for name, value in where.items())
-        names = differing([point.parameters for point in found])
-        others = [name for name in names if name != SEED] or names
-        differ = f"; they differ in {', '.join(others)}" if others else ""
-        return ConfigError(f"{wanted}: should be one point of {self._name}, not {len(found)}{differ}")
-
-    def grouped(
-        self, names: Sequence[str], points: Iterable[Point] | None = None
-    ) -> dict[tuple[Any, ...], list[Point]]:
-        """Return points by their values of parameters, in the order of these values.
-
-        Args:
-            names: of the parameters.
-            points: to be grouped; all if None.
-
-        Raises:
-            ConfigError: no point has a parameter of such a name.
-        """
-        self.check(names)
-        groups: dict[tuple[Any, ...], list[Point]] = {}
-        for point in self.points if points is None else points:
-            groups.setdefault(point.key(names), []).append(point)
-        return dict(sorted(groups.items(), key=lambda group: [order(value) for value in group[0]]))
 
     def kept(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
