@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -72,12 +73,19 @@ def _claim(row: Mapping[Any, Any], mark: Mapping[Any, Any] | None, curve: pd.Dat
         verdicts.append(("later", str(later), _CLASSES[later]))
     measured = str(row["what"])
     if pd.notna(row["value"]):
-        measured = f"{row['what']}: {number(row['value'])} ({interval(row['ci_low'], row['ci_high'])})"
+        measured = f"{row['what']}: {_number(row['value'], row['ci_low'], row['ci_high'])}"
     sign, kind = _SIGNS[Mark(mark["mark"])] if mark else ("", "")
     return PageClaim(
         row["claim"], row["study"], row["statement"], sentence(mark) if mark else "", sign, kind, verdicts, measured,
         _picture(mark, curve) if mark and curve is not None else "",
     )  # fmt: skip
+
+
+def _number(value: float, low: float, high: float) -> str:
+    """Return a value with its interval; as a bound where it is the end of an interval without another end."""
+    if math.isinf(high) and value == low:
+        return f"≥ {number(value)}"
+    return f"{number(value)} (≥ {number(low)})" if math.isinf(high) else f"{number(value)} ({interval(low, high)})"
 
 
 def _picture(mark: Mapping[Any, Any], curve: pd.DataFrame) -> str:

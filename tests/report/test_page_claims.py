@@ -72,3 +72,18 @@ def test_a_page_without_a_multiverse_says_how_to_make_it_and_shows_the_rest(ledg
     assert "holds under" not in html
     assert "<svg" not in html
     assert 'as registered: <strong class="bad">not reproduced</strong>' in html
+
+
+@pytest.mark.parametrize(
+    ("numbers", "shown"),
+    [
+        ({"value": 100, "ci_low": 100, "ci_high": float("inf")}, "≥ 100"),
+        ({"value": 90, "ci_low": 80, "ci_high": float("inf")}, "90 (≥ 80)"),
+        ({}, "1.2 (1.1 – 1.3)"),
+    ],
+)
+def test_never_is_shown_as_a_bound(tmp_path: Path, numbers: dict, shown: str):
+    row = {"claim": "a", "statement": "s", "verdict": "undecided", "study": "none", **NUMBERS, **numbers}
+    pd.DataFrame([row]).to_csv(tmp_path / "claims.csv", index=False)
+    (claim,) = page_claims(tmp_path / "claims.csv", None)
+    assert claim.measured == f"k = 0.03 / best k: {shown}"
