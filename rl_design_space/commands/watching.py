@@ -15,6 +15,8 @@ Item = TypeVar("Item")
 
 #: Reports, lines and paragraphs that are printed at most.
 _REPORTS, _LINES, _PARAGRAPHS = 8, 12, 2
+#: Beginnings of what is not about numbers, or printed already: headings, pictures and remarks on the runs.
+_NOT_NUMBERS = ("#", "![", "Made by", "**Missing:", "Left out:")
 #: Seconds after which a bar appears.
 _PATIENCE = 1.0
 
@@ -47,7 +49,7 @@ def watched(items: Sequence[Item], what: str) -> Iterable[Item]:
 
 def main_numbers(text: str) -> list[str]:
     """Return the first table or list of the text of a report as lines, or its first paragraphs if it has none."""
-    blocks = [block for block in text.strip().split("\n\n") if not block.startswith(("#", "![", "Made by"))]
+    blocks = [block for block in text.strip().split("\n\n") if not block.startswith(_NOT_NUMBERS)]
     listed = [block for block in blocks if block.startswith(("|", "- "))]
     lines = [line for block in listed[:1] or blocks[:_PARAGRAPHS] for line in block.splitlines()]
     lines = [re.sub(r"\\([^\w\s])", r"\1", line) for line in lines if not re.fullmatch(r"[|:\- ]+", line)]

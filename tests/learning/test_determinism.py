@@ -39,7 +39,7 @@ SMALL = DesignPoint(seed=7, task=Task(goals=2, trials=20, periods=13), world=Tor
 VARIANTS = {
     "defaults": SMALL,
     "msa": replace(SMALL, msa=MultiStepActions(lengths=(3,)), exploration=Linear(k=0.05)),
-    "direction": replace(SMALL, representation=Direction(), task=replace(SMALL.task, max_steps=300)),
+    "direction": replace(SMALL, representation=Direction(goals="all"), task=replace(SMALL.task, max_steps=300)),
     "other_readings": replace(
         SMALL,
         msa=MultiStepActions(lengths=(2, 4), propagation="all_shorter", reward="printed", sub_goal="stop"),

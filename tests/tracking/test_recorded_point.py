@@ -79,7 +79,7 @@ def test_params_are_flat_and_named_as_on_the_command_line(recorded: Recorded):
         "seed": "0",
         "task.goals": "3", "task.trials": "100", "task.periods": "3", "task.max_steps": "10000",
         "world.size": "5",
-        "representation.rule": "dominant_axis", "representation.goals": "all",
+        "representation.rule": "dominant_axis", "representation.goals": "remaining",
         "exploration.start": "0.9", "exploration.k": "0.03", "exploration.first_trial": "0",
         "msa.lengths": "[2, 3]", "msa.propagation": "primitives", "msa.reward": "realised", "msa.sub_goal": "continue",
         "reward.step": "-0.1", "reward.sub_goal": "1.0", "reward.final_goal": "10.0",
