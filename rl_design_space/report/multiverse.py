@@ -42,7 +42,7 @@ class Multiverse(Report):
         common: values of parameters that all points have unless a part says otherwise.
         decided: values of the parameters that readings change, under the reading that was decided for.
         readings: what each alternative reading changes, by name; those of the study's variations.
-        apart: a parameter and another one, by whose values readings of the first are told apart.
+        apart: pairs of parameters; readings of the first count separately for each value of the second.
         roles: what a word of the claims may be measured by, with `measures` and `statistics`.
         thresholds: sets of limits by name, each by word; the first is the registered one.
         claims: by name as in the ledger, each with `role` and `parts`: options of `analysis.parts` with roles as

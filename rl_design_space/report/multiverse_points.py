@@ -54,7 +54,7 @@ def alternatives(readings: Mapping[str, Where], apart: Mapping[str, str], points
 
     Args:
         readings: what each changes, by name.
-        apart: a parameter and another one, by whose values alternatives of the first are told apart.
+        apart: pairs of parameters; alternatives of the first count separately for each value of the second.
         points: all points of the study.
     """
     found: list[Alternative] = []

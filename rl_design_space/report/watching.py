@@ -1,4 +1,4 @@
-"""Iterations that show how far they are, if somebody looks."""
+"""Iteration that can report its progress."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ from typing import Any
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.analysis.parts.claimed_best import ClaimedBest
 from rl_design_space.analysis.parts.data import Data
 from rl_design_space.analysis.parts.measured import (
     EVEN,
@@ -25,25 +26,14 @@ from rl_design_space.learning.result import LearningCurves
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class ExpectedOverBest(Ranged):
+class ExpectedOverBest(ClaimedBest):
     """A measure at the claimed best value of a parameter, over that at the measured best value.
 
-    Attributes:
-        among: values that all the points have in common.
-        parameter: parameter in which they differ.
-        expected: the claimed best value.
-        measure: as in `learning.measures`; the smallest is the best.
+    See `ClaimedBest`.
     """
 
-    among: Choice
-    parameter: Text
-    expected: Any
-    measure: Cost
-
     def test(self, data: Data) -> Tested:
-        points = data.by(self.among, self.parameter)
-        if self.expected not in points:
-            raise LookupError(f"{self.parameter}={self.expected}: there is no such point")
+        points = self.grid(data)
         best = _best(points, self.measure)
         weighted = weightings(points[best], ODD)
         measures = {

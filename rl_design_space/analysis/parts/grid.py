@@ -12,37 +12,27 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.bounds import Bounds, stacked
+from rl_design_space.analysis.parts.claimed_best import ClaimedBest
 from rl_design_space.analysis.parts.data import Data
-from rl_design_space.analysis.parts.measured import Cost, Measure, at_the_edge, measured, weightings
+from rl_design_space.analysis.parts.measured import Measure, at_the_edge, measured, weightings
 from rl_design_space.analysis.parts.ranged import Choice, Ranged, Text
 from rl_design_space.analysis.tested import Severity, Tested, every_in_range, interval
 from rl_design_space.learning.result import LearningCurves
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class WithinOfAll(Ranged):
+class WithinOfAll(ClaimedBest):
     """A measure at the claimed best value of a parameter, over that at every other value of the grid.
 
     With `high: 1.05` the claimed value is within 5 % of the best, whichever that is: each ratio must have its upper
     bound in the range. The value shown is the ratio that decides, and the severity counts the other values of the grid
     that would have passed.
 
-    Attributes:
-        among: values that all the points have in common.
-        parameter: parameter in which they differ.
-        expected: the claimed best value.
-        measure: as in `learning.measures`; the smallest is the best.
+    See `ClaimedBest`.
     """
 
-    among: Choice
-    parameter: Text
-    expected: Any
-    measure: Cost
-
     def test(self, data: Data) -> Tested:
-        points = data.by(self.among, self.parameter)
-        if self.expected not in points:
-            raise LookupError(f"{self.parameter}={self.expected}: there is no such point")
+        points = self.grid(data)
         if len(points) == 1:
             raise LookupError(f"{self.parameter}={self.expected}: there is no other value to compare it with")
         plain, resampled = _of_grid(self.measure, points)
