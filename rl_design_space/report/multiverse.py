@@ -30,6 +30,8 @@ from rl_design_space.tracking.selection import Where
 
 CLAIMS, FACTORS, JOINT, CURVE = "_claims", "_factors", "_joint", "_curve"
 _COLUMNS = ["claim", "reading", "measure", "statistic", "threshold", "holds", "value", "low", "high"]
+#: Readings of so many departures are those that every claim is judged under; of so many, those that claims may have.
+_EVERY, _MOST = 2, 3
 _Words = Annotated[dict[str, float], Field(strict=False)]
 
 
@@ -124,7 +126,8 @@ class Multiverse(Report):
             ConfigError: a claim has a value that is not allowed, or a part does not name its points.
         """
         there = alternatives(self.readings, self.apart, runs.points)
-        space = Space(there, readings_of(there), list(self.thresholds), self.decided)
+        every = len(readings_of(there, _EVERY))
+        space = Space(there, readings_of(there, _MOST), every, list(self.thresholds), self.decided)
         points = ReadPoints(runs.points, self.decided, self.common, there)
         roles = self._roles()
         wordings = {
@@ -133,12 +136,16 @@ class Multiverse(Report):
         }
         wanted: dict[Any, set[str]] = {}
         for wording in wordings.values():
+            noted: dict[int, set[str]] = {}
             for base, measure in asked(wording, points):
-                for reading in space.readings:
-                    wanted.setdefault(points.read(base, reading), set()).add(measure)
+                noted.setdefault(base, set()).add(measure)
+            for number, reading in enumerate(space.readings):
+                if number < every or points.has(noted, reading):
+                    for base, measures in noted.items():
+                        wanted.setdefault(points.read(base, reading), set()).update(measures)
         numbers = Numbers(runs)
         numbers.compute(wanted)
-        return space, {name: outcomes(wording, points, numbers, space.readings) for name, wording in wordings.items()}
+        return space, {name: outcomes(wording, points, numbers, space) for name, wording in wordings.items()}
 
     def _roles(self) -> dict[str, Role]:
         return {name: construct(Role, node, f"roles.{name}") for name, node in self.roles.items()}
@@ -191,7 +198,7 @@ def _marked(found: ClaimOutcomes, space: Space) -> Marked:
 
 def _components(found: ClaimOutcomes, space: Space) -> list[Component]:
     keys = [each.key for each in space.alternatives]
-    return decompose(found.verdicts, space.readings, keys, ["measure", "statistic", "threshold"])
+    return decompose(found.verdicts, space.readings[: space.every], keys, ["measure", "statistic", "threshold"])
 
 
 def _largest(components: Sequence[Component]) -> tuple[str, float, float]:
