@@ -58,8 +58,8 @@ def test_what_is_not_defined_is_not_told():
 
 def test_all_and_any():
     inside, outside = margin([2], 1, INF), margin([0.5], 1, INF)
-    assert outcome((inside & outside)) is False
-    assert outcome((inside | outside)) is True
+    assert outcome(inside & outside) is False
+    assert outcome(inside | outside) is True
     assert (inside & outside).value == outside.value
 
 
