@@ -53,6 +53,8 @@ class ClaimOutcomes:
 
     Attributes:
         wording: the claim.
+        standing: for each reading the one that stands for it: itself, or an earlier one with the same points; -1 if the
+            claim does not have its points.
         rows: the distinct specifications.
         verdicts: (readings, measures, statistics, thresholds), 1 where it holds, else 0; of the readings that every
             claim is judged under.
@@ -61,6 +63,7 @@ class ClaimOutcomes:
     """
 
     wording: Wording
+    standing: list[int]
     rows: list[Row]
     verdicts: FloatArray
     outcomes: Outcomes
@@ -145,7 +148,7 @@ def outcomes(wording: Wording, points: ReadPoints, numbers: Numbers, space: Spac
     ]
     joint = Outcomes(wording.name, wording.role, tally.rest[whole], slots)
     first = missing[min(missing)] if missing else ""
-    return ClaimOutcomes(wording, [rows[key] for key in sorted(rows)], verdicts[whole], joint, first)
+    return ClaimOutcomes(wording, standing, [rows[key] for key in sorted(rows)], verdicts[whole], joint, first)
 
 
 def _read(
@@ -212,30 +215,24 @@ def _standing(wording: Wording, points: ReadPoints, space: Space) -> list[int]:
     return standing
 
 
-def choices(
-    found: ClaimOutcomes,
-    readings: Sequence[frozenset[int]],
-    says: Sequence[tuple[str, str]],
-    thresholds: Sequence[str],
-) -> Mapping[str, NDArray[np.bool_]]:
+def choices(wording: Wording, rows: Sequence[Row], space: Space) -> Mapping[str, NDArray[np.bool_]]:
     """Return which specifications of a claim make which choice: (rows,) by name.
 
     Args:
-        found: the claim.
-        readings: by the numbers of their alternatives.
-        says: what each alternative says, and what the decided reading says in its place.
-        thresholds: names of the sets of limits.
+        wording: the claim.
+        rows: its specifications.
+        space: what they are made of.
     """
-    rows = found.rows
+    readings = space.readings
     made = {"the decided reading": np.array([not readings[row.reading] for row in rows])}
-    for number, (alternative, decided) in enumerate(says):
+    for number, (alternative, decided) in enumerate(space.says):
         has = np.array([number in readings[row.reading] for row in rows])
         if has.any():
             made[alternative], made[decided] = has, ~has & made.get(decided, True)
     for names, of in (
-        (found.wording.measures, [row.measure for row in rows]),
-        (found.wording.statistics, [row.statistic for row in rows]),
-        ([f"limits {name}" for name in thresholds], [row.threshold for row in rows]),
+        (wording.measures, [row.measure for row in rows]),
+        (wording.statistics, [row.statistic for row in rows]),
+        ([f"limits {name}" for name in space.thresholds], [row.threshold for row in rows]),
     ):
         if len(set(of)) > 1:
             made |= {name: np.array(of) == number for number, name in enumerate(names) if number in of}
