@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from rl_design_space.commands.python_record import record as record
+    from rl_design_space.commands.python_sweep import sweep as sweep
     from rl_design_space.design import *  # noqa: F403 (every option is public)
     from rl_design_space.design import DesignPoint
     from rl_design_space.learning import LearningCurves as LearningCurves
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
 _HOME = {
     "LearningCurves": "learning",
     "simulate": "learning",
+    "record": "commands.python_record",
+    "sweep": "commands.python_sweep",
     **dict.fromkeys(("load_runs", "load_curves", "load_periods"), "tracking.load"),
 }
 

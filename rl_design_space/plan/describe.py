@@ -11,7 +11,12 @@ from rl_design_space.design import DesignPoint
 
 def parameters(point: DesignPoint) -> dict[str, Any]:
     """Return every value of a point by its dotted name, as on the command line."""
-    return dict(_flat("", point))
+    return flat("", point)
+
+
+def flat(key: str, value: Any) -> dict[str, Any]:
+    """Return every value of a component by its dotted name below a key."""
+    return dict(_flat(key, value))
 
 
 def resolved_config(point: DesignPoint) -> dict[str, Any]:
