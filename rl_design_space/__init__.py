@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from rl_design_space.design import DesignPoint
     from rl_design_space.learning import LearningCurves as LearningCurves
     from rl_design_space.learning import simulate as simulate
+    from rl_design_space.report.inside.watched import watch as watch
     from rl_design_space.tracking.load import load_curves as load_curves
     from rl_design_space.tracking.load import load_periods as load_periods
     from rl_design_space.tracking.load import load_runs as load_runs
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 _HOME = {
     "LearningCurves": "learning",
     "simulate": "learning",
+    "watch": "report.inside.watched",
     **dict.fromkeys(("load_runs", "load_curves", "load_periods"), "tracking.load"),
 }
 
