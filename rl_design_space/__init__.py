@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rl_design_space.design import DesignPoint
     from rl_design_space.learning import LearningCurves as LearningCurves
     from rl_design_space.learning import simulate as simulate
+    from rl_design_space.report.inside.watched import watch as watch
     from rl_design_space.tracking.load import load_curves as load_curves
     from rl_design_space.tracking.load import load_periods as load_periods
     from rl_design_space.tracking.load import load_runs as load_runs
@@ -35,6 +36,7 @@ _HOME = {
     "simulate": "learning",
     "record": "commands.python_record",
     "sweep": "commands.python_sweep",
+    "watch": "report.inside.watched",
     **dict.fromkeys(("load_runs", "load_curves", "load_periods"), "tracking.load"),
 }
 

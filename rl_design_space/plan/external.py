@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from rl_design_space._yaml import as_yaml
@@ -31,8 +31,8 @@ class ExternalPoint(PlannedPoint):
         choices: its parameters, by names such as `learner.hidden` and `exploration.fraction`.
     """
 
-    learner: str
-    choices: Mapping[str, Any]
+    learner: str = ""
+    choices: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def of_planned(cls, planned: PlannedPoint, learner: str, choices: Mapping[str, Any]) -> ExternalPoint:
@@ -51,7 +51,7 @@ class ExternalPoint(PlannedPoint):
         neutral = replace(point, exploration=Constant(), learner=QLearning(out_of_order=point.learner.out_of_order))
         content = {"of": fingerprint(neutral), "learner": learner, "choices": dict(choices)}
         identity = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-        shared = {field.name: getattr(planned, field.name) for field in fields(PlannedPoint)}
+        shared = {each.name: getattr(planned, each.name) for each in fields(PlannedPoint)}
         return cls(**{**shared, "fingerprint": identity}, learner=learner, choices=dict(choices))
 
     @property
