@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
@@ -77,6 +77,25 @@ class LearningCurves:
             f"  seconds       {self.seconds:.3f}",
         )
         return "\n".join(lines)
+
+    def first(self, periods: int) -> LearningCurves:
+        """Return the result of the first periods: what the same point with fewer of them gives, bit for bit.
+
+        Raises:
+            ValueError: there are not so many.
+        """
+        if not 1 <= periods <= len(self.steps):
+            raise ValueError(f"periods={periods}: should be from 1 to {len(self.steps)}")
+        point = self.known_point and replace(self.known_point, task=replace(self.known_point.task, periods=periods))
+        return replace(
+            self,
+            steps=self.steps[:periods],
+            success=self.success[:periods],
+            optimum=self.optimum[:periods],
+            rows=self.rows[:periods],
+            seconds=self.seconds * periods / len(self.steps),
+            known_point=point,
+        )
 
     @cached_property
     def total_steps(self) -> FloatArray:
