@@ -19,6 +19,7 @@ from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.precision import next_stage
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
@@ -31,20 +32,28 @@ _CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
 
 
 def simulate(point: DesignPoint, threads: int | None = None, *, begun: LearningCurves | None = None) -> LearningCurves:
-    """Learn all periods of a design point.
+    """Learn all periods of a design point; as many as its precision needs, if it asks for one.
 
     Args:
         point: the design point.
         threads: number of threads that learn; all available cores if None. The result does not depend on it.
-        begun: a result of the same point with fewer periods, which are not learned again. The result does not depend
-            on it, beside the seconds.
+        begun: a result of the same point with another number of periods, which are not learned again. The result does
+            not depend on it, beside the seconds.
 
     Raises:
         ValueError: `begun` is not a result of the first periods of this point.
         ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
             need more memory than there is.
     """
-    threads = threads or available_threads()
+    stage = next_stage(point, begun)
+    while isinstance(stage, DesignPoint):
+        begun = _learned(stage, threads or available_threads(), begun)
+        stage = next_stage(point, begun)
+    return stage
+
+
+def _learned(point: DesignPoint, threads: int, begun: LearningCurves | None) -> LearningCurves:
+    """Learn a fixed number of periods."""
     learning = Learning(point, threads, begun)
     with ThreadPoolExecutor(threads) as pool:
         for _ in range(threads - 1):
@@ -58,7 +67,7 @@ def simulate(point: DesignPoint, threads: int | None = None, *, begun: LearningC
 
 
 class Learning:
-    """The learning of one design point, which threads can join while periods are left to begin.
+    """The learning of a fixed number of periods, which threads can join while periods are left to begin.
 
     Args:
         point: the design point.

@@ -61,7 +61,7 @@ class Missing:
     Attributes:
         points: these points, in descending order of expected cost.
         stored: the runs of the other points, by fingerprint.
-        begun: runs of fewer periods of the missing points, by their fingerprints.
+        begun: runs of the missing points with other numbers of periods, by their fingerprints.
     """
 
     points: list[PlannedPoint]
@@ -166,7 +166,8 @@ class _Sweep:
                 outcome.stored[planned.fingerprint] = stored
             begun = planned.begun
             outcome.steps += float(result.total_steps[planned.periods_begun :].sum())
-            self._learning_seconds += result.seconds - (0.0 if begun is None or isnan(begun.seconds) else begun.seconds)
+            before = 0.0 if begun is None or isnan(begun.seconds) else begun.seconds
+            self._learning_seconds += 0.0 if isnan(result.seconds) else max(0.0, result.seconds - before)
         self._monitor.point_ended(planned, result)
 
     def _lockable(self, points: Sequence[PlannedPoint]) -> Iterator[PlannedPoint | None]:
