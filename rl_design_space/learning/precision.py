@@ -26,8 +26,8 @@ _ALPHA = 0.05
 _GROWTH = 1.25
 #: The interval is narrowest, relative to the number of periods, at so many times the first batch.
 _NARROWEST = 4
-#: The next look is at such a share of the periods that seem to be needed, and at so many times the present ones at most,
-#: because a single long period makes many seem to be needed.
+#: The next look is at such a share of the periods that seem to be needed, at so many times the present ones at most: a
+#: single long period makes many seem to be needed.
 _CAUTION, _LARGEST_STEP = 0.9, 4
 
 

@@ -15,7 +15,12 @@ def parameters(point: DesignPoint) -> dict[str, Any]:
 
     A field that was added to an option later is absent while its value stands for that, see `design.identity`.
     """
-    return dict(_flat("", point))
+    return flat("", point)
+
+
+def flat(key: str, value: Any) -> dict[str, Any]:
+    """Return every value of a component by its dotted name below a key."""
+    return dict(_flat(key, value))
 
 
 def resolved_config(point: DesignPoint) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from rl_design_space.config.overrides import is_setting
 from rl_design_space.design import DesignPoint
 from rl_design_space.plan.code_identity import source_parameters
 from rl_design_space.plan.cost import expected_steps
-from rl_design_space.plan.describe import parameters
+from rl_design_space.plan.describe import parameters, resolved_config
 from rl_design_space.plan.fingerprint import fingerprint
 
 if TYPE_CHECKING:
@@ -87,6 +87,16 @@ class PlannedPoint:
             for pair in source_parameters(getattr(self.point, choice.name), choice.name)
         )
         return {**self.options, **own, **parameters(self.point)}
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """The point as a nested config, with every `_target_` and every value."""
+        return resolved_config(self.point)
+
+    @property
+    def measured_by(self) -> str:
+        """The name of the program that measured its result; empty if this package learns it."""
+        return ""
 
     @property
     def name(self) -> str:

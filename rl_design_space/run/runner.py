@@ -78,7 +78,11 @@ def missing(plan: Plan, tracker: Tracker) -> Missing:
     """Return the points of a plan that a tracker has no complete run of."""
     stored = tracker.finished([planned.fingerprint for planned in plan])
     points = [planned for planned in plan if planned.fingerprint not in stored]
-    begun = tracker.beginnings([planned for planned in points if planned.begun is None]) if points else {}
+    begun = (
+        tracker.beginnings([planned for planned in points if planned.begun is None and not planned.measured_by])
+        if points
+        else {}
+    )
     found = Missing(points, stored, begun)
     return replace(found, points=sorted(points, key=found.steps_left, reverse=True))
 

@@ -15,11 +15,10 @@ import numpy as np
 
 from rl_design_space.learning.precision import Precision
 from rl_design_space.learning.result import Kept, LearningCurves
-from rl_design_space.plan.describe import resolved_config
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.tracking import values
 from rl_design_space.tracking.spool import POINT, Record
-from rl_design_space.tracking.tags import PRECISION_TAG, enough_of, precision_tags, studies_of, study_tags
+from rl_design_space.tracking.tags import EXTERNAL_TAG, PRECISION_TAG, enough_of, precision_tags, studies_of, study_tags
 from rl_design_space.tracking.tracker import Enough, StoredRun, enough_periods
 
 #: The file of a record that holds the result; the first bytes of that file in version 0.1.0.
@@ -59,17 +58,18 @@ def point_record(
         assert enough
         tags |= precision_tags(planned.fingerprint, enough, _in_words(rule, reached, enough))
         scalars[PRECISION_TAG] = reached
-    seconds = 0.0 if math.isnan(learned.seconds) else learned.seconds
     numbers = {values.key(name): values.metric(value) for name, value in scalars.items()}
+    seconds = 0.0 if math.isnan(learned.seconds) else learned.seconds
+    external = {EXTERNAL_TAG: values.tag(planned.measured_by)} if planned.measured_by else {}
     content = {
         "fingerprint": run.fingerprint,
         "name": run.name,
         "started": int((time.time() - seconds) * 1000),
         "seconds": seconds,
-        "tags": tags,
+        "tags": {**tags, **external},
         "params": params(run),
         "command": run.command,
-        "config": resolved_config(run.point),
+        "config": run.config,
         "scalars": {name: number for name, number in numbers.items() if number is not None},
         "curves": list(curves),
         "every": every,
