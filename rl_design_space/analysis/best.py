@@ -139,6 +139,17 @@ def best_set(
     return BestSet(inside, loss, probability, decided, leader)
 
 
+def best_means(each: FloatArray, confidence: float = CONFIDENCE) -> BestSet:
+    """Return which designs cannot be told from the one with the smallest mean, see `best_set`.
+
+    Args:
+        each: (periods, designs), NaN where a design does not have a period.
+        confidence: with which the true best is in the set.
+    """
+    samples = resample_weights(len(each), 0, RESAMPLES) @ np.nan_to_num(each)
+    return best_set(np.nanmean(each, axis=0), samples, each, periods=len(each), confidence=confidence)
+
+
 def _quantile(pairs: Pairs, forms: Sequence[int], design: int, errors: Sequence[FloatArray], level: float) -> float:
     """Return the number of standard errors within which all differences from a design are, but for this share.
 

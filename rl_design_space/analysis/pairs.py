@@ -13,7 +13,7 @@ from rl_design_space._arrays import FloatArray
 
 #: Skew of a difference, over the root of the number of periods, below which it counts as symmetric.
 _NO_SKEW = 1e-6
-#: Distance of a far outlier from the quartiles, in distances between them: beyond it is one exponential number in 250,000.
+#: Distance of a far outlier from the quartiles, in distances between them: one exponential number in 250,000 is so far.
 _FAR_OUT = 10
 
 

@@ -94,6 +94,14 @@ def behind(values: Sequence[FloatArray], look: Look) -> NDArray[np.bool_]:
     return found
 
 
+def matrix(values: Sequence[FloatArray]) -> FloatArray:
+    """Return (periods, designs) the numbers of the periods of each design, NaN where it does not have a period."""
+    each = np.full((max(map(len, values)), len(values)), np.nan)
+    for design, numbers in enumerate(values):
+        each[: len(numbers), design] = numbers
+    return each
+
+
 def _better(leader: FloatArray, each: FloatArray, quantile: FloatArray) -> NDArray[np.bool_]:
     """Return whether a leader is better beyond doubt than designs that have at most as many periods, (designs,).
 
