@@ -61,7 +61,7 @@ def _report() -> None:
 def main() -> None:
     """Run the command, and report while everything it keeps is still there."""
     simulation.Learning = _Nothing  # type: ignore[assignment, misc]
-    simulation.simulate = lambda point, threads=None, *, begun=None: _CURVES
+    simulation.simulate = lambda point, threads=None, **_: _CURVES
     # A sweep of ours holds most when it shows its outcome, a sweep of Hydra's when it ends.
     show, reported = sweep_output.show_outcome, False
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from threading import Lock
 from time import perf_counter
 
@@ -12,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.checked import observation_codes
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.kernel import learn
@@ -19,6 +22,8 @@ from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.precision import next_stage
+from rl_design_space.learning.replay import Part, check_periods, checked_parts, replays
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
@@ -30,21 +35,43 @@ _CODES_IN_FLIGHT = 24_000
 _CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
 
 
-def simulate(point: DesignPoint, threads: int | None = None, *, begun: LearningCurves | None = None) -> LearningCurves:
-    """Learn all periods of a design point.
+def simulate(
+    point: DesignPoint,
+    threads: int | None = None,
+    *,
+    begun: LearningCurves | None = None,
+    keep: Iterable[Part] = (),
+    periods: Sequence[int] | None = None,
+) -> LearningCurves:
+    """Learn all periods of a design point; as many as its precision needs, if it asks for one.
 
     Args:
         point: the design point.
         threads: number of threads that learn; all available cores if None. The result does not depend on it.
-        begun: a result of the same point with fewer periods, which are not learned again. The result does not depend
-            on it, beside the seconds.
+        begun: a result of the same point with another number of periods, which are not learned again. The result does
+            not depend on it, beside the seconds.
+        keep: what to keep of the inside of periods, as `LearningCurves.inside`: `q`, the Q-matrix after the last trial;
+            `history`, the Q-matrix after each trial; `visits`; `paths`. See `Replay`.
+        periods: numbers of the periods that it is kept of; all if None.
 
     Raises:
         ValueError: `begun` is not a result of the first periods of this point.
         ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
-            need more memory than there is.
+            need more memory than there is; or there is no such part or period to keep.
     """
-    threads = threads or available_threads()
+    if parts := checked_parts(keep):
+        check_periods(point, periods or ())
+    elif periods is not None:
+        raise ConfigError.at("periods", list(periods), 'says what is kept of which periods, so it needs keep=["q"]')
+    stage = next_stage(point, begun)
+    while isinstance(stage, DesignPoint):
+        begun = _learned(stage, threads or available_threads(), begun)
+        stage = next_stage(point, begun)
+    return replace(stage, inside=replays(stage.point, parts, periods)) if parts else stage
+
+
+def _learned(point: DesignPoint, threads: int, begun: LearningCurves | None) -> LearningCurves:
+    """Learn a fixed number of periods."""
     learning = Learning(point, threads, begun)
     with ThreadPoolExecutor(threads) as pool:
         for _ in range(threads - 1):
@@ -58,7 +85,7 @@ def simulate(point: DesignPoint, threads: int | None = None, *, begun: LearningC
 
 
 class Learning:
-    """The learning of one design point, which threads can join while periods are left to begin.
+    """The learning of a fixed number of periods, which threads can join while periods are left to begin.
 
     Args:
         point: the design point.

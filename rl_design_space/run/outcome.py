@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from rl_design_space.plan.plan import Plan
+from rl_design_space.run.enough import enough_text
 from rl_design_space.tracking.tracker import DeliveryStatus, Findings, StoredRun, SweepEnding, Tracker
 
 #: How the verdict of a sweep words each of its counts.
@@ -101,6 +102,8 @@ def summary_run(plan: Plan, outcome: Outcome, tracker: Tracker, command: str) ->
         }
         counts = {name: count for name, count in outcome.counts.items() if count or name == "done"}
         verdict = ", ".join(f"{count:,} {_COUNT_LABELS[name]}" for name, count in counts.items())
+        if enough := enough_text(plan, outcome.stored):
+            verdict += f"; {enough}"
         record.close(SweepEnding(status, verdict, outcome.counts, failures, outcome.stored, outcome.findings))
 
 

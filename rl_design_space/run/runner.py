@@ -61,7 +61,7 @@ class Missing:
     Attributes:
         points: these points, in descending order of expected cost.
         stored: the runs of the other points, by fingerprint.
-        begun: runs of fewer periods of the missing points, by their fingerprints.
+        begun: runs of the missing points with other numbers of periods, by their fingerprints.
     """
 
     points: list[PlannedPoint]
@@ -78,7 +78,11 @@ def missing(plan: Plan, tracker: Tracker) -> Missing:
     """Return the points of a plan that a tracker has no complete run of."""
     stored = tracker.finished([planned.fingerprint for planned in plan])
     points = [planned for planned in plan if planned.fingerprint not in stored]
-    begun = tracker.beginnings([planned for planned in points if planned.begun is None]) if points else {}
+    begun = (
+        tracker.beginnings([planned for planned in points if planned.begun is None and not planned.measured_by])
+        if points
+        else {}
+    )
     found = Missing(points, stored, begun)
     return replace(found, points=sorted(points, key=found.steps_left, reverse=True))
 
@@ -183,7 +187,8 @@ class _Sweep:
                 outcome.stored[planned.fingerprint] = stored
             begun = planned.begun
             outcome.steps += float(result.total_steps[planned.periods_begun :].sum())
-            self._learning_seconds += result.seconds - (0.0 if begun is None or isnan(begun.seconds) else begun.seconds)
+            before = 0.0 if begun is None or isnan(begun.seconds) else begun.seconds
+            self._learning_seconds += 0.0 if isnan(result.seconds) else max(0.0, result.seconds - before)
         self._monitor.point_ended(planned, result)
 
     def _lockable(self, points: Sequence[PlannedPoint]) -> Iterator[PlannedPoint | None]:
