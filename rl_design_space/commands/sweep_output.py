@@ -78,7 +78,14 @@ def show_plan(plan: Plan, settings: Settings, recorded: Recorded, *, only_planne
     console.print(f"nothing was run; {remedy} to run these points", markup=False)
 
 
-def show_outcome(plan: Plan, outcome: Outcome, location: str, command: str, settings: Sequence[str] = ()) -> None:
+def show_outcome(
+    plan: Plan,
+    outcome: Outcome,
+    location: str,
+    command: str,
+    settings: Sequence[str] = (),
+    lines: Sequence[str] | None = None,
+) -> None:
     """Print the outcome of a sweep: its result, counts, failures, and pending records.
 
     Args:
@@ -87,8 +94,9 @@ def show_outcome(plan: Plan, outcome: Outcome, location: str, command: str, sett
         location: name of the tracking store.
         command: the command line, which continues a sweep that was stopped by a failure.
         settings: overrides that choose the store.
+        lines: the result of the sweep; made of its stored runs if None.
     """
-    for line in result_lines(plan, outcome.stored, settings):
+    for line in result_lines(plan, outcome.stored, settings) if lines is None else lines:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     if enough := enough_text(plan, outcome.stored):
         console.print(enough, markup=False, soft_wrap=True)

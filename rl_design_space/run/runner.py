@@ -115,12 +115,28 @@ def run_sweep(
     add_studies(plan, found.stored, tracker)
     if found.points:
         with summary_run(plan, outcome, tracker, command) if summarised else nullcontext():
-            _Sweep(tracker, monitor, outcome, found.begun).learn(found.points, executor, on_error)
+            learn_missing(found, tracker, executor, monitor, outcome, on_error)
             started = time.perf_counter()
             outcome.count_lost(tracker.wait_for_delivery(monitor.delivering).lost)
             outcome.seconds["delivery"] = time.perf_counter() - started
     outcome.delivery = tracker.wait_for_delivery(monitor.delivering)
     return outcome
+
+
+def learn_missing(
+    found: Missing, tracker: Tracker, executor: Executor, monitor: SweepMonitor, outcome: Outcome, on_error: OnError
+) -> None:
+    """Learn and record points, and count them in an outcome; their delivery is not waited for.
+
+    Args:
+        found: the points.
+        tracker: records results.
+        executor: learns the points.
+        monitor: receives the events of the sweep.
+        outcome: of the sweep.
+        on_error: `stop` starts no further point after one has failed.
+    """
+    _Sweep(tracker, monitor, outcome, found.begun).learn(found.points, executor, on_error)
 
 
 def add_studies(plan: Plan, stored: Mapping[str, StoredRun], tracker: Tracker) -> None:
@@ -157,7 +173,8 @@ class _Sweep:
         finally:
             for fingerprint in self._started:
                 self._tracker.unlock(fingerprint)
-        outcome.seconds |= {"learning": self._learning_seconds, "recording": recorder.seconds}
+        for activity, seconds in (("learning", self._learning_seconds), ("recording", recorder.seconds)):
+            outcome.seconds[activity] = outcome.seconds.get(activity, 0.0) + seconds
 
     def _point_ended(self, planned: PlannedPoint, result: LearningCurves | Exception, stored: StoredRun | None) -> None:
         outcome = self._outcome

@@ -290,7 +290,10 @@ class _Sweep:
             "ended": int(time.time() * 1000),
             "status": ending.status,
             "note": summary.closing_note(self._plan, self._command, self._tracker._origin, ending, names),
-            "metrics": [(f"points/{name}", float(count), 0) for name, count in ending.counts.items()],
+            "metrics": [
+                *((f"points/{name}", float(count), 0) for name, count in ending.counts.items()),
+                *((name, float(value), 0) for name, value in ending.findings.metrics.items()),
+            ],
         }
         self._tracker._submit(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending, names)))
         self._tracker._locks.release(self._key)

@@ -75,6 +75,25 @@ class SweepRecord(Protocol):
 
 
 @dataclass(frozen=True)
+class Findings:
+    """What a sweep found out, beside the results of its points.
+
+    Attributes:
+        plan: the points with as many periods as they got, if that was decided on the way; None if as planned.
+        best: fingerprints of the points that cannot be told from the best; None if that is not known.
+        lines: for the note of the summary run.
+        tables: CSV files of the summary run, by name.
+        metrics: of the summary run, by name.
+    """
+
+    plan: Plan | None = None
+    best: frozenset[str] | None = None
+    lines: Sequence[str] = ()
+    tables: Mapping[str, bytes] = field(default_factory=dict)
+    metrics: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class SweepEnding:
     """How a sweep ended.
 
@@ -84,6 +103,7 @@ class SweepEnding:
         counts: numbers of points by outcome.
         failures: error messages, by the command that runs the point again.
         stored: the complete runs of its points, by fingerprint.
+        findings: what it found out beside these.
     """
 
     status: str
@@ -91,6 +111,7 @@ class SweepEnding:
     counts: Mapping[str, int]
     failures: Mapping[str, str]
     stored: Mapping[str, StoredRun]
+    findings: Findings = field(default_factory=Findings)
 
 
 class Tracker(Protocol):
