@@ -27,7 +27,7 @@ def absent_as(value: Any, *, listed: bool = True) -> Mapping[str, Any]:
 
 def is_listed(field: Field[Any], value: Any) -> bool:
     """Return whether the parameters and the config of a point show a field that has a value."""
-    return field.metadata.get(LISTED, True) or value != field.metadata[ABSENT_AS]
+    return bool(field.metadata.get(LISTED, True)) or value != field.metadata[ABSENT_AS]
 
 
 def is_shipped(kind: type) -> bool:
