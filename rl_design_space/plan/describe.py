@@ -7,11 +7,29 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from rl_design_space.design import DesignPoint
+from rl_design_space.design.identity import ABSENT_AS
+
+_NOTHING = object()
 
 
 def parameters(point: DesignPoint) -> dict[str, Any]:
     """Return every value of a point by its dotted name, as on the command line."""
     return dict(_flat("", point))
+
+
+def absent_parameters(point: DesignPoint) -> set[str]:
+    """Return the names of parameters that were added later and have the value that stands for their absence.
+
+    Points recorded before have no such parameters, and points recorded since then have none either, so that both are
+    compared as what they are: equal.
+    """
+    return {
+        f"{choice.name}.{field.name}"
+        for choice in fields(point)
+        if is_dataclass(component := getattr(point, choice.name))
+        for field in fields(component)
+        if field.metadata.get(ABSENT_AS, _NOTHING) == getattr(component, field.name)
+    }
 
 
 def resolved_config(point: DesignPoint) -> dict[str, Any]:
