@@ -11,6 +11,9 @@ normal variables that hang together as the differences do, drawn by multipliers 
 Chetverikov and Kato, "Gaussian approximations and multiplier bootstrap for maxima of sums", Ann. Statist. 41, 2013.
 Each bound is then moved outwards by the skew of its own difference (Hall, "On the removal of skewness by
 transformation", JRSS B 54, 1992), so a design with a heavy tail widens its own bounds and not those of others.
+
+Designs may have unequal numbers of periods, as after a race (`analysis.race`). Each pair is then compared over the
+periods that both have, and a tenth of the error is left to the looks at which others were stopped.
 """
 
 from __future__ import annotations
@@ -22,18 +25,19 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.pairs import Pairs, PeriodPairs, ResampledPairs, ratio, reach
 
 #: Bootstrap samples of periods.
 RESAMPLES = 1000
 CONFIDENCE = 0.95
+#: Share of the error that remains for designs with unequal numbers of periods: a race has spent the rest.
+LAST_SHARE = 0.9
 #: Probability with which the periods that are said to decide do decide, if the measured difference is the true one.
 POWER = 0.8
 #: Designs with the best values, to which all are compared first, and a quantile that is larger than any that is found.
 _LEADERS, _FAR = 20, 6.0
 #: Multiplications that are spent on the quantiles of designs; the designs after that get the largest quantile found.
 _WORK = 4e8
-#: Skew of a difference, over the root of the number of periods, below which it counts as symmetric.
-_NO_SKEW = 1e-6
 
 
 @dataclass(frozen=True)
@@ -63,100 +67,57 @@ def best_set(
     *,
     periods: int,
     largest_is_best: bool = False,
+    confidence: float = CONFIDENCE,
 ) -> BestSet:
     """Return which designs cannot be told from the best.
 
     Args:
         value: (designs,)
-        samples: (resamples, designs) values of resampled periods, the same periods in all designs.
-        each: (periods, designs) of which values are means; None if they are means of none. The quantile is then that of
-            the resampled differences.
+        samples: (resamples, designs) values of resampled periods, the same periods in all designs that have the same.
+        each: (periods, designs) of which values are means, NaN where a design does not have a period; None if they are
+            means of none. The quantile is then that of the resampled differences.
         periods: number of periods.
         largest_is_best: whether a large value is good.
+        confidence: with which the true best is in the set.
     """
     if largest_is_best:
         value, samples, each = -value, -samples, None if each is None else -each
-    centred = None if each is None else np.asarray(each - each.mean(axis=0), np.float32)
-    drawn = samples - value if centred is None else _multiplied(centred)
-    leader = int(value.argmin())
-    order = np.argsort(value, kind="stable")
+    pairs: Pairs = ResampledPairs(value, samples, periods) if each is None else PeriodPairs(each, RESAMPLES)
+    error_left = (1 - confidence) * (LAST_SHARE if each is not None and np.isnan(each).any() else 1)
+    order = pairs.ranked
+    leader = int(order[0])
     doubt = np.full(len(value), -np.inf)  # how much further another design is better than the bound reaches
     for other in order[:_LEADERS].tolist():
-        error, skew = _spread(samples, centred, other)
-        doubt = np.maximum(doubt, value - value[other] - error * _reach(_FAR, -skew))
+        error, skew = pairs.spread(other)
+        doubt = np.maximum(doubt, pairs.differences(other) - error * reach(_FAR, -skew))
     near = np.flatnonzero(doubt <= 0)
     near = near[np.argsort(value[near], kind="stable")]
-    exact = max(1, int(_WORK / (drawn.size + samples.size)))
+    exact = max(1, int(_WORK / (RESAMPLES * len(value) + samples.size)))
     inside = np.zeros(len(value), dtype=bool)
     loss = np.zeros(len(value))
     decided = np.full(len(value), np.nan)
     quantile = 0.0
     for count, design in enumerate(near.tolist()):
-        error, skew = _spread(samples, centred, design)
+        error, skew = pairs.spread(design)
         if count < exact:
-            largest = _ratio(np.asarray(drawn - drawn[:, [design]], np.float64), error).max(axis=1)
-            found = max(0.0, float(np.quantile(largest, CONFIDENCE)))
+            largest = ratio(pairs.drawn(design), error).max(axis=1)
+            found = max(0.0, float(np.quantile(largest, 1 - error_left)))
             quantile = max(quantile, found)
         else:
             found = quantile
-        reach = error * _reach(found, skew)
-        bound = value - value[design] + reach
+        away = error * reach(found, skew)
+        bound = pairs.differences(design) + away
+        gap = away[leader] - bound[leader]
         bound[design] = 0
         if (bound >= 0).all():
             inside[design] = True
             loss = np.maximum(loss, bound)
-            gap = value[design] - value[leader]
             if gap > 0:
-                decided[design] = np.ceil(
-                    periods * ((reach[leader] + stats.norm.ppf(POWER) * error[leader]) / gap) ** 2
-                )
+                common = pairs.periods(design)[leader]
+                decided[design] = np.ceil(common * ((away[leader] + stats.norm.ppf(POWER) * error[leader]) / gap) ** 2)
             elif design != leader:
                 decided[design] = np.inf
+    samples = np.where(pairs.complete, samples, np.inf)
     least = samples == samples.min(axis=1, keepdims=True)
     probability = (least / least.sum(axis=1, keepdims=True)).mean(axis=0)
     return BestSet(inside, loss, probability, decided, leader)
-
-
-def _multiplied(centred: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return (draws, designs) normal variables with the covariances of the means, of (periods, designs) deviations."""
-    periods = len(centred)
-    multipliers = np.random.default_rng(0).standard_normal((RESAMPLES, periods))
-    multipliers -= multipliers.mean(axis=1, keepdims=True)
-    return np.asarray(multipliers.astype(np.float32) @ centred / np.float32(periods))
-
-
-def _spread(samples: FloatArray, centred: NDArray[np.float32] | None, design: int) -> tuple[FloatArray, FloatArray]:
-    """Return the standard errors of the differences of all designs from one, and the skew of their means.
-
-    Args:
-        samples: (resamples, designs) resampled values.
-        centred: (periods, designs) deviations from the means; None if values are means of none. No skew is known then.
-        design: whose values are subtracted.
-    """
-    if centred is None:
-        return (samples - samples[:, [design]]).std(axis=0, ddof=1), np.zeros(samples.shape[1])
-    periods = len(centred)
-    away = centred - centred[:, [design]]
-    squares = away * away
-    second = squares.mean(axis=0, dtype=np.float64)
-    squares *= away
-    skew = _ratio(squares.mean(axis=0, dtype=np.float64), second**1.5) / np.sqrt(periods)
-    return np.sqrt(second / (periods - 1)), skew
-
-
-def _reach(quantile: float, skew: FloatArray) -> FloatArray:
-    """Return the number of standard errors that a bound lies above each difference.
-
-    Args:
-        quantile: the number for a difference without skew.
-        skew: of the mean differences.
-    """
-    skew = np.where(np.abs(skew) < _NO_SKEW, _NO_SKEW, skew)
-    return np.asarray(np.maximum(quantile, 3 / skew * (1 - np.cbrt(1 - skew * (quantile + skew / 6)))))
-
-
-def _ratio(away: FloatArray, error: FloatArray) -> FloatArray:
-    """Return away / error; 0 where both are 0, infinity with the sign of `away` where only the error is."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.asarray(away / error)
-    return np.where(np.isnan(ratio), 0.0, ratio)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from rl_design_space.commands.sweep_result import result_lines
 from rl_design_space.commands.terminal import (
@@ -22,24 +23,32 @@ from rl_design_space.run.settings import Settings
 from rl_design_space.tracking.backends import seconds_to_record
 
 
-def show_plan(
-    plan: Plan,
-    settings: Settings,
-    recorded: Collection[str],
-    changed: Mapping[str, int],
-    *,
-    only_planned: bool = False,
-) -> None:
+@dataclass(frozen=True)
+class Recorded:
+    """What a store has of the points of a plan.
+
+    Attributes:
+        points: fingerprints of the points that have a complete run.
+        begun: numbers of periods of the runs that other points continue, by the fingerprint of the point.
+        changed: numbers of points that have a run of other code only, by what was changed since.
+    """
+
+    points: Collection[str] = ()
+    begun: Mapping[str, int] = field(default_factory=dict)
+    changed: Mapping[str, int] = field(default_factory=dict)
+
+
+def show_plan(plan: Plan, settings: Settings, recorded: Recorded, *, only_planned: bool = False) -> None:
     """Print the axes of a plan, how its points were counted, and how long the missing points will take.
 
     Args:
         plan: the points of the sweep.
         settings: of the command.
-        recorded: fingerprints of the points that have a complete run.
-        changed: numbers of points that have a run of other code only, by what was changed since.
+        recorded: what the store has of the points.
         only_planned: whether the command would run a single point without `plan=true`.
     """
-    left = [planned.point for planned in plan if planned.fingerprint not in recorded]
+    left = [planned for planned in plan if planned.fingerprint not in recorded.points]
+    begun = [recorded.begun.get(planned.fingerprint, 0) for planned in left]
     threads = settings.learning_threads
     if plan.axes:
         console.print(plan_table(plan))
@@ -48,11 +57,15 @@ def show_plan(
     if settings.shard:
         number, of = settings.shard
         console.print(f"part {number} of {of}: {counted(len(plan), 'point')}")
-    expected = estimate(left, threads, seconds_to_record(settings.tracking))
+    points = [planned.point for planned in left]
+    expected = estimate(points, threads, seconds_to_record(settings.tracking), begun)
     parts = f"learning {duration(expected.learning / threads)}, recording {duration(expected.recording / threads)}"
     about = f"about {duration(expected.total)} on {counted(threads, 'core')} ({parts})"
-    console.print(f"{len(recorded):,} recorded already, {len(left):,} to run: {about}", soft_wrap=True)
-    for what, count in changed.items():
+    console.print(f"{len(recorded.points):,} recorded already, {len(left):,} to run: {about}", soft_wrap=True)
+    if continued := sum(map(bool, begun)):
+        runs = "1 continues a run" if continued == 1 else f"{continued:,} continue runs"
+        console.print(f"- {runs} of fewer periods", markup=False, soft_wrap=True)
+    for what, count in recorded.changed.items():
         again = "1 runs again, because its run has" if count == 1 else f"{count:,} run again, because their runs have"
         console.print(f"- {again} other code of {what}", markup=False, soft_wrap=True)
     remedy = "give -m in place of plan=true" if only_planned and len(plan) > 1 else "leave out plan=true"

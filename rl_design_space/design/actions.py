@@ -63,6 +63,11 @@ class ActionSet(Protocol):
         ...
 
     @property
+    def labels(self) -> tuple[str, ...]:
+        """A few words for each action; actions of one kind share them."""
+        ...
+
+    @property
     def propagation(self) -> str:
         """Other actions that learn from the cells passed."""
         ...
@@ -156,6 +161,13 @@ class SeeingActions:
     @property
     def n_actions(self) -> int:
         return len(MOVES) * self.primitives + len(self.names)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        return (
+            *("action of 1 step",) * (len(MOVES) * self.primitives),
+            *(name.replace("_", " ") for name in self.names),
+        )
 
     @property
     def propagated_lengths(self) -> int:

@@ -78,6 +78,12 @@ class MultiStepActions:
         return len(MOVES) * (1 + len(self.lengths))
 
     @property
+    def labels(self) -> tuple[str, ...]:
+        most = "" if self.until == "length" else "at most "
+        longer = [f"action of {most}{length} steps" for length in self.lengths]
+        return tuple(label for label in ("action of 1 step", *longer) for _ in MOVES)
+
+    @property
     def propagated_lengths(self) -> int:
         return {"primitives": 1, "all_shorter": 1 + len(self.lengths)}.get(self.propagation, 0)
 

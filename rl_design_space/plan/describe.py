@@ -14,7 +14,12 @@ _NOTHING = object()
 
 def parameters(point: DesignPoint) -> dict[str, Any]:
     """Return every value of a point by its dotted name, as on the command line."""
-    return dict(_flat("", point))
+    return flat("", point)
+
+
+def flat(key: str, value: Any) -> dict[str, Any]:
+    """Return every value of a component by its dotted name below a key."""
+    return dict(_flat(key, value))
 
 
 def absent_parameters(point: DesignPoint) -> set[str]:

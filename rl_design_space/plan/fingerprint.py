@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -26,7 +26,27 @@ def fingerprint(point: DesignPoint) -> str:
     Raises:
         ConfigError: a field of an option is not a plain value, or a user component has no source.
     """
-    content = {"kernel": KERNEL_VERSION, "point": _content(point)}
+    return _digest(_content(point))
+
+
+def shorter_fingerprints(point: DesignPoint, periods: Iterable[int]) -> dict[str, int]:
+    """Return the numbers of periods by the fingerprint of the same point with so many.
+
+    Args:
+        point: the design point.
+        periods: numbers; those that are not smaller than that of the point are left out.
+    """
+    content = _content(point)
+    found = {}
+    for number in sorted(periods):
+        if number < point.task.periods:
+            content["task"]["periods"] = number
+            found[_digest(content)] = number
+    return found
+
+
+def _digest(point: dict[str, Any]) -> str:
+    content = {"kernel": KERNEL_VERSION, "point": point}
     try:
         canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     except (TypeError, ValueError) as error:

@@ -118,7 +118,7 @@ class _SharedWork:
         from rl_design_space.learning.simulation import Learning
 
         try:
-            learning = Learning(planned.point, self._threads)
+            learning = Learning(planned.point, self._threads, planned.begun)
         except Exception as error:
             self._put((planned, error))
             return

@@ -97,6 +97,11 @@ class DatabaseQueries:
             for run_id, (key, uri) in found.items()
         }
 
+    def period_counts(self) -> set[int]:
+        """Return the numbers of periods that complete runs have."""
+        with self._reading() as rows:
+            return {int(value) for (value,) in rows.distinct("task.periods") if value.isdecimal()}
+
     def newest_sweep(self, study: str) -> StoredRun | None:
         """Return the summary run of the last sweep of a study, if there is one."""
         with self._reading() as rows:
@@ -187,6 +192,10 @@ class _Rows:
         """Return (run id, name, value) of the tags whose names begin with a prefix; of all complete runs if None."""
         condition = "and substr(v.key, 1, :length) = :prefix"
         return self._values("tags", run_ids, condition, prefix=prefix, length=len(prefix))
+
+    def distinct(self, name: str) -> Iterable[tuple[str]]:
+        """Return the values of a param that complete runs have."""
+        return self._select(f"select distinct p.value {_joined('params p')} and p.key = '{name}'")
 
     def running(self) -> Iterable[tuple[str, str, str]]:
         """Return (run id, name, value) of the tags of RUNNING runs of points and sweeps."""

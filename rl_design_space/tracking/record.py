@@ -6,6 +6,7 @@ the process that delivers it, see `content`.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from io import BytesIO
@@ -13,11 +14,11 @@ from io import BytesIO
 import numpy as np
 
 from rl_design_space.learning.result import Kept, LearningCurves
-from rl_design_space.plan.describe import absent_parameters, resolved_config
+from rl_design_space.plan.describe import absent_parameters
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.tracking import values
 from rl_design_space.tracking.spool import POINT, Record
-from rl_design_space.tracking.tags import study_tags
+from rl_design_space.tracking.tags import EXTERNAL_TAG, study_tags
 
 #: The file of a record that holds the result; the first bytes of that file in version 0.1.0.
 _RESULT, _NPY = "result", b"\x93NUMPY"
@@ -49,14 +50,16 @@ def point_record(
     """
     scalars = learned.scalars()
     numbers = {values.key(name): values.metric(value) for name, value in scalars.items()}
+    seconds = 0.0 if math.isnan(learned.seconds) else learned.seconds
+    external = {EXTERNAL_TAG: values.tag(planned.measured_by)} if planned.measured_by else {}
     content = {
         "name": planned.name,
-        "started": int((time.time() - learned.seconds) * 1000),
-        "seconds": learned.seconds,
-        "tags": {**study_tags(planned.studies), **origin},
+        "started": int((time.time() - seconds) * 1000),
+        "seconds": seconds,
+        "tags": {**study_tags(planned.studies), **origin, **external},
         "params": params(planned),
         "command": planned.command,
-        "config": resolved_config(planned.point),
+        "config": planned.config,
         "scalars": {name: number for name, number in numbers.items() if number is not None},
         "curves": list(curves),
         "every": every,

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 #: Up to so many points are searched for one by one; for more, all runs are read.
 _FEW = 20
 _RUNS_PER_PAGE = 1000
+#: Maximum number of different numbers of periods that are asked for.
+_MOST_COUNTS = 30
 _COMPLETE = "attributes.status = 'FINISHED'"
 
 
@@ -91,6 +93,19 @@ class ServerQueries:
             found = [_stored(run) for wanted in filters for run in self._search(experiment, wanted)]
         wanted_points = set(fingerprints)
         return {fingerprint: run for fingerprint, run in found if fingerprint in wanted_points}
+
+    def period_counts(self) -> set[int]:
+        """Return the numbers of periods that complete runs have: each request finds another one."""
+        with _translated_errors(self._address):
+            experiment = self._experiment()
+            found: list[int] = []
+            while experiment and len(found) < _MOST_COUNTS:
+                others = [f"params.`task.periods` != '{value}'" for value in found or [0]]
+                run = next(search_runs(self._client(), experiment, " and ".join([_COMPLETE, *others]), 1), None)
+                if run is None or not run.params["task.periods"].isdecimal():
+                    break
+                found.append(int(run.params["task.periods"]))
+        return set(found)
 
     def newest_sweep(self, study: str) -> StoredRun | None:
         """Return the summary run of the last sweep of a study, if there is one."""

@@ -16,6 +16,8 @@ SWEEP_TAG = "rl_design_space.sweep"
 SPOOL_TAG = "rl_design_space.spool"
 #: The note of a run, which MLflow's UI shows.
 NOTE_TAG = "mlflow.note.content"
+#: The learner of a run whose result was measured by a program of the user's.
+EXTERNAL_TAG = "rl_design_space.external"
 #: Why a run is incomplete.
 INCOMPLETE_TAG = "rl_design_space.incomplete"
 

@@ -28,6 +28,21 @@ class StoredRun:
     artifacts: str = ""
 
 
+@dataclass(frozen=True)
+class Beginning:
+    """A recorded run of fewer periods of a point.
+
+    Attributes:
+        fingerprint: of the point with so many periods.
+        periods: their number.
+        run: the run.
+    """
+
+    fingerprint: str
+    periods: int
+    run: StoredRun
+
+
 class SweepRecord(Protocol):
     """The summary run of a sweep."""
 
@@ -69,6 +84,14 @@ class Tracker(Protocol):
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the recorded points among these, by fingerprint."""
+        ...
+
+    def beginnings(self, points: Collection[PlannedPoint]) -> dict[str, Beginning]:
+        """Return the longest recorded run of fewer periods of each of these points, by the fingerprint of the point."""
+        ...
+
+    def result(self, beginning: Beginning, planned: PlannedPoint) -> LearningCurves | None:
+        """Return the result of a run that a point continues; None if it cannot be read or is not what was recorded."""
         ...
 
     def lock(self, fingerprint: str) -> bool:
@@ -131,6 +154,12 @@ class NullTracker:
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         return {}
+
+    def beginnings(self, points: Collection[PlannedPoint]) -> dict[str, Beginning]:
+        return {}
+
+    def result(self, beginning: Beginning, planned: PlannedPoint) -> LearningCurves | None:
+        return None
 
     def lock(self, fingerprint: str) -> bool:
         return True
