@@ -99,7 +99,7 @@ def test_a_learner_gets_the_results_of_the_kernel(point: DesignPoint, observatio
     check_learner(point, observation)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(point=strategies.tabulated_points, observation=st.sampled_from(["row", "code"]))
 def test_a_learner_with_actions_that_see_gets_the_results_of_the_kernel(point: DesignPoint, observation: str):
     check_learner(point, observation)
