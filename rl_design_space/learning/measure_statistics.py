@@ -18,8 +18,12 @@ from rl_design_space.errors import ConfigError
 
 #: Weights that differ by less are equal.
 _TINY = 1e-9
-#: Weights that are cumulated at once; few enough for the cache of a core.
+#: Sums of weights that are computed at once; few enough for the cache of a core.
 _AT_ONCE = 130_000
+#: Size of a matrix up to which linear algebra uses one thread to multiply it with a vector.
+_ONE_THREAD = 9000
+#: Resamples that are not worth dividing into blocks.
+_FEW = 1000
 _CVAR = re.compile(r"cvar=(\d+(?:\.\d+)?)")
 
 
@@ -54,8 +58,7 @@ class Statistic:
             (resamples,) or (resamples, columns)
         """
         if self.is_mean:
-            mean: FloatArray = weights @ values
-            return mean
+            return weighted_means(weights, values)
         columns = np.asarray(values, np.float64).reshape(len(values), -1)
         order = np.argsort(columns, axis=0, kind="stable")
         ordered = np.take_along_axis(columns, order, axis=0)
@@ -64,7 +67,7 @@ class Statistic:
 
     def _of_slice(self, ordered: FloatArray, order: NDArray[np.intp], weights: FloatArray) -> FloatArray:
         found = np.empty((len(weights), ordered.shape[1]))
-        for rows in _blocks(weights):
+        for rows in _blocks(*weights.shape):
             for column, (values, places) in enumerate(zip(ordered.T, order.T, strict=True)):
                 upto = weights[rows, places].cumsum(axis=1)
                 share = np.diff(np.clip(upto, self.low, self.high), axis=1, prepend=self.low)
@@ -78,33 +81,69 @@ class Statistic:
         """
         periods, columns = ordered.shape
         reach = math.ceil(3 * math.sqrt(periods)) + 1
-        centre = int(self.low * periods)
-        start, stop = max(0, centre - reach), min(periods, centre + reach)
+        start = max(0, int(self.low * periods) - reach)
         before = np.zeros(ordered.shape)
         np.put_along_axis(before, order[:start], 1.0, axis=0)
         base = weights @ before
+        every = np.arange(columns)
         found = np.empty((len(weights), columns))
-        for rows in _blocks(weights):
+        for rows in _blocks(len(weights), columns):
             transposed = np.ascontiguousarray(weights[rows].T)
-            for column in range(columns):
-                upto = transposed[order[start:stop, column]]
-                upto[0] += base[rows, column]
-                np.cumsum(upto, axis=0, out=upto)
-                first, last = (place + start for place in self._places(upto))
-                if (base[rows, column] >= self.low - _TINY).any() or (last >= stop).any():
-                    first, last = self._places(transposed[order[:, column]].cumsum(axis=0))
-                last = np.minimum(last, periods - 1)
-                found[rows, column] = (ordered[first, column] + ordered[last, column]) / 2
+            first, last = self._places(transposed, order, base[rows].T, start)
+            beyond = (base[rows] >= self.low - _TINY).any(axis=0)
+            if beyond.any():
+                nothing = np.zeros((beyond.sum(), len(base[rows])))
+                first[beyond], last[beyond] = self._places(transposed, order[:, beyond], nothing, 0)
+            last = np.minimum(last, periods - 1)
+            found[rows] = (ordered[first.T, every] + ordered[last.T, every]) / 2
         return found
 
-    def _places(self, upto: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return where the weight of all values up to one of them reaches the quantile, and where it exceeds it."""
-        return (upto < self.low - _TINY).sum(axis=0), (upto < self.low + _TINY).sum(axis=0)
+    def _places(
+        self, weights: FloatArray, order: NDArray[np.intp], base: FloatArray, start: int
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return where the weight of all values up to one of them reaches the quantile, and where it exceeds it.
+
+        Args:
+            weights: (periods, resamples)
+            order: (periods, columns) the periods of each column in ascending order of their values.
+            base: (columns, resamples) weight of the periods before `start`.
+            start: the first place that may be found.
+
+        Returns:
+            (columns, resamples) each; the number of periods if there is none.
+        """
+        upto = base.copy()
+        first, last = (np.full(base.shape, start, dtype=np.intp) for _ in range(2))
+        for periods in order[start:]:
+            upto += weights[periods]
+            is_below = upto < self.low + _TINY
+            if not is_below.any():
+                break
+            last += is_below
+            first += upto < self.low - _TINY
+        return first, last
 
 
-def _blocks(weights: FloatArray) -> list[slice]:
-    rows = max(1, _AT_ONCE // weights.shape[1])
-    return [slice(start, start + rows) for start in range(0, len(weights), rows)]
+def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Return `weights @ values`, of many weights in blocks that are too small for linear algebra to start threads for.
+
+    Threads take longer to start than to multiply a vector, and several times longer where all cores are busy.
+
+    Args:
+        weights: (resamples, periods)
+        values: (periods,) or (periods, columns)
+    """
+    if values.ndim > 1 or len(weights) < _FEW:
+        product: FloatArray = weights @ values
+        return product
+    rows = max(4, _ONE_THREAD // len(values) // 4 * 4)
+    return np.concatenate([weights[begin : begin + rows] @ values for begin in range(0, len(weights), rows)])
+
+
+def _blocks(resamples: int, numbers: int) -> list[slice]:
+    """Divide resamples of so many numbers each into blocks."""
+    rows = max(1, _AT_ONCE // numbers)
+    return [slice(start, start + rows) for start in range(0, resamples, rows)]
 
 
 MEAN = Statistic("mean", "mean over periods")
