@@ -11,16 +11,25 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.resampling import RESAMPLES, Estimate, percentile_interval, resample_weights
+from rl_design_space.analysis.resampling import (
+    RESAMPLES,
+    Estimate,
+    Resamples,
+    percentile_interval,
+    resample_weights,
+    resampled_means,
+)
 from rl_design_space.learning.measure_statistics import weighted_means
 
 __all__ = [
     "RESAMPLES",
     "Estimate",
+    "Resamples",
     "mean_estimate",
     "mean_share_estimate",
     "percentile_interval",
     "resample_weights",
+    "resampled_means",
     "share_estimate",
     "top_percent_weight",
     "weighted_means",

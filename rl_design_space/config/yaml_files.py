@@ -62,7 +62,7 @@ def comments_of(path: Path) -> str:
 
 @lru_cache(maxsize=256)
 def _values(text: str, path: Path, shown: str) -> Any:
-    """Return the plain values of a YAML text, as OmegaConf reads them; composing several studies reads most files often.
+    """Return the plain values of a YAML text, as OmegaConf reads them; composing studies reads most files often.
 
     Raises:
         ConfigError: the text is too large, or holds a number that YAML 1.1 reads as another one, or that is none.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,10 @@ from rl_design_space.errors import ConfigError
 
 #: Weights that differ by less are equal.
 _TINY = 1e-9
-#: Sums of weights that are computed at once; few enough for the cache of a core.
+#: Weights that are cumulated at once; few enough for the cache of a core.
 _AT_ONCE = 130_000
+#: Places of a column that are summed up one after the other, for many resamples at a time.
+_PLACES = 100
 #: Size of a matrix up to which linear algebra uses one thread to multiply it with a vector.
 _ONE_THREAD = 9000
 #: Resamples that are not worth dividing into blocks.
@@ -80,48 +83,24 @@ class Statistic:
         Resampled quantiles lie a few standard errors from the middle, so weights are summed up one by one only there.
         """
         periods, columns = ordered.shape
+        total, numbers = _counted(weights)
+        limits = (self.low - _TINY) * total, (self.low + _TINY) * total
         reach = math.ceil(3 * math.sqrt(periods)) + 1
-        start = max(0, int(self.low * periods) - reach)
-        before = np.zeros(ordered.shape)
-        np.put_along_axis(before, order[:start], 1.0, axis=0)
-        base = weights @ before
-        every = np.arange(columns)
+        centre = int(self.low * periods)
+        start, stop = max(0, centre - reach), min(periods, centre + reach)
         found = np.empty((len(weights), columns))
-        for rows in _blocks(len(weights), columns):
-            transposed = np.ascontiguousarray(weights[rows].T)
-            first, last = self._places(transposed, order, base[rows].T, start)
-            beyond = (base[rows] >= self.low - _TINY).any(axis=0)
-            if beyond.any():
-                nothing = np.zeros((beyond.sum(), len(base[rows])))
-                first[beyond], last[beyond] = self._places(transposed, order[:, beyond], nothing, 0)
+        every = np.arange(columns)[:, np.newaxis]
+        for rows in _blocks(len(weights), max(columns, periods // _PLACES)):
+            transposed = np.ascontiguousarray(numbers[rows].T)
+            base = _summed(transposed, order[:start])
+            first, last = (start + places for places in _places(transposed, order[start:stop], base, limits))
+            # Where the quantile of a resample lies elsewhere, weights are compared from the first one on.
+            far = (base >= limits[0]).any(axis=1) | (last >= stop).any(axis=1)
+            if far.any():
+                first[far], last[far] = _places(transposed, order[:, far], np.zeros_like(base[far]), limits)
             last = np.minimum(last, periods - 1)
-            found[rows] = (ordered[first.T, every] + ordered[last.T, every]) / 2
+            found[rows] = ((ordered.T[every, first] + ordered.T[every, last]) / 2).T
         return found
-
-    def _places(
-        self, weights: FloatArray, order: NDArray[np.intp], base: FloatArray, start: int
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return where the weight of all values up to one of them reaches the quantile, and where it exceeds it.
-
-        Args:
-            weights: (periods, resamples)
-            order: (periods, columns) the periods of each column in ascending order of their values.
-            base: (columns, resamples) weight of the periods before `start`.
-            start: the first place that may be found.
-
-        Returns:
-            (columns, resamples) each; the number of periods if there is none.
-        """
-        upto = base.copy()
-        first, last = (np.full(base.shape, start, dtype=np.intp) for _ in range(2))
-        for periods in order[start:]:
-            upto += weights[periods]
-            is_below = upto < self.low + _TINY
-            if not is_below.any():
-                break
-            last += is_below
-            first += upto < self.low - _TINY
-        return first, last
 
 
 def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
@@ -140,9 +119,52 @@ def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
     return np.concatenate([weights[begin : begin + rows] @ values for begin in range(0, len(weights), rows)])
 
 
-def _blocks(resamples: int, numbers: int) -> list[slice]:
-    """Divide resamples of so many numbers each into blocks."""
-    rows = max(1, _AT_ONCE // numbers)
+def _counted(weights: FloatArray) -> tuple[float, NDArray[Any]]:
+    """Return weights and their sum; as small whole numbers, which is faster, if they are counts of drawn periods."""
+    periods = weights.shape[1]
+    counts = weights * periods
+    whole = np.rint(counts)
+    if periods > np.iinfo(np.int16).max or np.abs(counts - whole).max(initial=0) > _TINY:
+        return 1.0, weights
+    return float(periods), whole.astype(np.int16)
+
+
+def _summed(transposed: NDArray[Any], order: NDArray[np.intp]) -> NDArray[Any]:
+    """Return the weight of some values, (columns, resamples); see `_places`."""
+    upto = np.zeros((order.shape[1], transposed.shape[1]), transposed.dtype)
+    for places in order:
+        upto += transposed[places]
+    return upto
+
+
+def _places(
+    transposed: NDArray[Any], order: NDArray[np.intp], base: NDArray[Any], limits: tuple[float, float]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return with how many of the values, in ascending order, their weight is still below each of two limits.
+
+    Args:
+        transposed: (periods, resamples) weights.
+        order: (values, columns) periods of the values in ascending order.
+        base: (columns, resamples) weight of all values before them.
+        limits: both limits.
+
+    Returns:
+        (columns, resamples) for each limit.
+    """
+    upto = base.copy()
+    # Whole numbers are compared with whole numbers, so that they need not be converted.
+    ends = [math.ceil(limit) if upto.dtype.kind == "i" else limit for limit in limits]
+    counter = np.int16 if len(order) <= np.iinfo(np.int16).max else np.int32
+    first, last = np.zeros(base.shape, counter), np.zeros(base.shape, counter)
+    for places in order:
+        upto += transposed[places]
+        first += (upto < ends[0]).view(np.int8)
+        last += (upto < ends[1]).view(np.int8)
+    return first.astype(np.intp), last.astype(np.intp)
+
+
+def _blocks(resamples: int, width: int) -> list[slice]:
+    rows = max(1, _AT_ONCE // width)
     return [slice(start, start + rows) for start in range(0, resamples, rows)]
 
 

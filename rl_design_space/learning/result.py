@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rl_design_space.design import DesignPoint
+    from rl_design_space.learning.replay import Replay
 
 #: What a file holds of a result: everything, or the learning curves only.
 Kept = Literal["periods", "curves"]
@@ -41,6 +42,7 @@ class LearningCurves:
         seconds: wall time of learning; NaN if it is not known.
         known_point: see `point`; None where the components of the point cannot be built.
         known_side: see `side`; None where the point tells it.
+        inside: Q-matrices, visits and paths of periods by number, if `simulate` was asked to keep them; not saved.
     """
 
     steps: NDArray[np.int32]
@@ -51,6 +53,7 @@ class LearningCurves:
     seconds: float = math.nan
     known_point: DesignPoint | None = None
     known_side: float | None = None
+    inside: Mapping[int, Replay] = field(default_factory=dict)
 
     @property
     def point(self) -> DesignPoint:
@@ -77,6 +80,25 @@ class LearningCurves:
             f"  seconds       {self.seconds:.3f}",
         )
         return "\n".join(lines)
+
+    def first(self, periods: int) -> LearningCurves:
+        """Return the result of the first periods: what the same point with fewer of them gives, bit for bit.
+
+        Raises:
+            ValueError: there are not so many.
+        """
+        if not 1 <= periods <= len(self.steps):
+            raise ValueError(f"periods={periods}: should be from 1 to {len(self.steps)}")
+        point = self.known_point and replace(self.known_point, task=replace(self.known_point.task, periods=periods))
+        return replace(
+            self,
+            steps=self.steps[:periods],
+            success=self.success[:periods],
+            optimum=self.optimum[:periods],
+            rows=self.rows[:periods],
+            seconds=self.seconds * periods / len(self.steps),
+            known_point=point,
+        )
 
     @cached_property
     def total_steps(self) -> FloatArray:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from threading import Lock
 from time import perf_counter
 
@@ -11,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.checked import observation_codes
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.kernel import learn
@@ -18,6 +22,8 @@ from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.precision import next_stage
+from rl_design_space.learning.replay import Part, check_periods, checked_parts, replays
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
@@ -29,19 +35,44 @@ _CODES_IN_FLIGHT = 24_000
 _CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
 
 
-def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
-    """Learn all periods of a design point.
+def simulate(
+    point: DesignPoint,
+    threads: int | None = None,
+    *,
+    begun: LearningCurves | None = None,
+    keep: Iterable[Part] = (),
+    periods: Sequence[int] | None = None,
+) -> LearningCurves:
+    """Learn all periods of a design point; as many as its precision needs, if it asks for one.
 
     Args:
         point: the design point.
         threads: number of threads that learn; all available cores if None. The result does not depend on it.
+        begun: a result of the same point with another number of periods, which are not learned again. The result does
+            not depend on it, beside the seconds.
+        keep: what to keep of the inside of periods, as `LearningCurves.inside`: `q`, the Q-matrix after the last trial;
+            `history`, the Q-matrix after each trial; `visits`; `paths`. See `Replay`.
+        periods: numbers of the periods that it is kept of; all if None.
 
     Raises:
+        ValueError: `begun` is not a result of the first periods of this point.
         ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
-            need more memory than there is.
+            need more memory than there is; or there is no such part or period to keep.
     """
-    threads = threads or available_threads()
-    learning = Learning(point, threads)
+    if parts := checked_parts(keep):
+        check_periods(point, periods or ())
+    elif periods is not None:
+        raise ConfigError.at("periods", list(periods), 'says what is kept of which periods, so it needs keep=["q"]')
+    stage = next_stage(point, begun)
+    while isinstance(stage, DesignPoint):
+        begun = _learned(stage, threads or available_threads(), begun)
+        stage = next_stage(point, begun)
+    return replace(stage, inside=replays(stage.point, parts, periods)) if parts else stage
+
+
+def _learned(point: DesignPoint, threads: int, begun: LearningCurves | None) -> LearningCurves:
+    """Learn a fixed number of periods."""
+    learning = Learning(point, threads, begun)
     with ThreadPoolExecutor(threads) as pool:
         for _ in range(threads - 1):
             pool.submit(learning.work)
@@ -54,18 +85,20 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
 
 
 class Learning:
-    """The learning of one design point, which threads can join while periods are left to begin.
+    """The learning of a fixed number of periods, which threads can join while periods are left to begin.
 
     Args:
         point: the design point.
         threads: expected number of threads. The result depends neither on it nor on the actual number.
+        begun: a result of the same point with fewer periods, which are not learned again.
 
     Raises:
+        ValueError: `begun` is not a result of the first periods of this point.
         ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
             need more memory than there is.
     """
 
-    def __init__(self, point: DesignPoint, threads: int = 1) -> None:
+    def __init__(self, point: DesignPoint, threads: int = 1, begun: LearningCurves | None = None) -> None:
         task, cells = point.task, cell_count(point.world)
         check_memory(task)
         self._point = point
@@ -76,9 +109,11 @@ class Learning:
         self._steps = np.empty((task.periods, task.trials), dtype=np.int32)
         self._success = np.empty((task.periods, task.trials), dtype=np.bool_)
         self._rows = np.empty((task.periods, 2), dtype=np.int32)
+        self._begun = begun
+        first = self._copy(begun) if begun else 0
         self._observations, n_actions = task.goals * cells, 4 * len(self._tables.lengths)
-        self._lanes = _side_by_side(task.periods, threads, bytes_each=8 * self._observations * n_actions)
-        self._shares = deque(_shares(task.periods, threads, self._lanes, self._observations))
+        self._lanes = _side_by_side(task.periods - first, threads, bytes_each=8 * self._observations * n_actions)
+        self._shares = deque(_shares(first, task.periods, threads, self._lanes, self._observations))
         self._nothing = np.empty((0, task.goals, cells), dtype=np.int64)
         self._lock = Lock()
         self._working = 0
@@ -129,10 +164,37 @@ class Learning:
         """
         if self._error:
             raise self._error
-        seconds = self._ended - self._started
         return LearningCurves(
-            self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds, self._point
+            self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, self._seconds(), self._point
         )
+
+    def _copy(self, begun: LearningCurves) -> int:
+        """Copy the result of the first periods; return their number."""
+        first, trials = len(begun.steps), begun.steps.shape[1]
+        # The optimum tells apart layouts, and so seeds, worlds and numbers of goals.
+        if (
+            first >= len(self._steps)
+            or trials != self._steps.shape[1]
+            or not (
+                np.array_equal(begun.optimum, self._optimum[:first])
+                and np.array_equal(begun.epsilon, self._tables.epsilon)
+            )
+        ):
+            raise ValueError(
+                f"begun: a result of {first} periods of {trials} trials, which are not the first periods of this point"
+            )
+        self._steps[:first], self._success[:first], self._rows[:first] = begun.steps, begun.success, begun.rows
+        return first
+
+    def _seconds(self) -> float:
+        """Return the wall time of all periods; of those that were learned before at the same rate if it is unknown."""
+        seconds = self._ended - self._started
+        if self._begun is None:
+            return seconds
+        if not math.isnan(self._begun.seconds):
+            return self._begun.seconds + seconds
+        new = len(self._steps) - len(self._begun.steps)
+        return seconds * len(self._steps) / new if new else seconds
 
     def _work(self) -> None:
         """Learn shares until none is left; their periods overlap, so that no lane is idle in between."""
@@ -164,12 +226,12 @@ def _side_by_side(periods: int, threads: int, bytes_each: int) -> int:
     return max(1, min(lanes, _LARGEST_BYTES // bytes_each, -(-periods // threads)))
 
 
-def _shares(periods: int, threads: int, side_by_side: int, codes_each: int) -> list[slice]:
-    """Split the periods into shares; a thread takes the next one when it has a free lane.
+def _shares(first: int, periods: int, threads: int, side_by_side: int, codes_each: int) -> list[slice]:
+    """Split the periods from the first one on into shares; a thread takes the next one when it has a free lane.
 
     The last shares are small, so that all threads end at about the same time, however long single periods take.
     """
-    shares, first = [], 0
+    shares = []
     while first < periods:
         even = (periods - first) // (2 * threads if threads > 1 else 1)
         size = min(max(even, side_by_side), max(1, _CODES_IN_FLIGHT // codes_each))

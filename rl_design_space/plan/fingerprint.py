@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from rl_design_space.design import DesignPoint
@@ -26,7 +26,21 @@ def fingerprint(point: DesignPoint) -> str:
     Raises:
         ConfigError: a field of an option is not a plain value, or a user component has no source.
     """
-    content = {"kernel": KERNEL_VERSION, "point": _content(point)}
+    return _digest(_content(point))
+
+
+def fingerprints_by_periods(point: DesignPoint, periods: Iterable[int]) -> dict[str, int]:
+    """Return numbers of periods by the fingerprint of the same point with exactly so many."""
+    content = _content(replace(point, task=point.task.with_periods(1)))
+    found = {}
+    for number in periods:
+        content["task"]["periods"] = number
+        found[_digest(content)] = number
+    return found
+
+
+def _digest(point: dict[str, Any]) -> str:
+    content = {"kernel": KERNEL_VERSION, "point": point}
     try:
         canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     except (TypeError, ValueError) as error:

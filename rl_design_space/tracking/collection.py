@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def without_collection() -> Iterator[None]:
-    """Suspend the search for cycles, which looks at all objects again and again: a tenth of the time of loading runs."""
+    """Suspend the search for cycles, which looks at all objects again and again: a tenth of the time to load runs."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:

@@ -16,6 +16,7 @@ from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Task, 
 from rl_design_space.design.identity import absent_as
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
+from rl_design_space.plan.describe import parameters, resolved_config
 from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.plan.planner import Planner
 from tests.command_runner import python
@@ -104,6 +105,8 @@ def another_value(value: Any, kind: Any) -> Any:
     match value:
         case str() if get_origin(kind) is Literal and choices:
             return choices[0]
+        case str():
+            return f"{value}_also"
         case int():
             return value + 1
         case float():
@@ -137,6 +140,7 @@ def test_every_field_of_a_point_changes_the_fingerprint():
     point = DesignPoint()
     plain = [one.name for one in fields(point) if not is_dataclass(getattr(point, one.name))]
     assert plain == ["seed"]
+    point = replace(point, task=replace(point.task, precision=0.02))  # which its other fields need
     found = [fingerprint(replace(point, task=task)) for _, task in changed(point.task)]
     found += [fingerprint(point), fingerprint(replace(point, seed=1))]
     assert len(set(found)) == len(found)
@@ -261,3 +265,15 @@ def test_a_later_default_does_not_change_the_value_that_stands_for_absence():
     windy = grown(wind=field(default=0.5, metadata=absent_as(0.0)))
     assert of_world(windy(size=7, wind=0.0)) == of_world(Torus(size=7))
     assert of_world(windy(size=7)) != of_world(Torus(size=7))
+
+
+def test_a_field_that_is_not_listed_appears_once_it_has_another_value():
+    point = DesignPoint()
+    listed = set(parameters(point)) | set(resolved_config(point)["task"])
+    assert not any("precis" in name or "at_most" in name for name in listed)
+    asking = replace(point, task=replace(point.task, precision=0.02))
+    assert parameters(asking)["task.precision"] == resolved_config(asking)["task"]["precision"] == 0.02
+    assert "task.precision_of" not in parameters(asking)
+    # An option of the user's shows its fields as ever.
+    world = grown(wind=field(default=0.0, metadata=absent_as(0.0)))(size=7)
+    assert parameters(replace(point, world=world))["world.wind"] == 0.0
