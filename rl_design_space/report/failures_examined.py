@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -66,7 +66,9 @@ def examined(runs: Runs, point: Point, share: float, most: int) -> Examined:
     total = result.steps.sum(axis=1, dtype=np.float64)
     tail, chosen = tail_of(total, share, most)
     failed = ~result.success
-    replayer = Replayer(runs.design_point(point))
+    design_point = runs.design_point(point)
+    # As many as were recorded: a point whose periods are no choice may have others.
+    replayer = Replayer(replace(design_point, task=replace(design_point.task, periods=len(total))))
     periods, trials = [], []
     examples: dict[str, tuple[Replay, int]] = {}
     for period in chosen.tolist():
