@@ -18,6 +18,7 @@ periods that both have, and a tenth of the error is left to the looks at which o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.pairs import Pairs, PeriodPairs, ResampledPairs, ratio, reach
+from rl_design_space.analysis.pairs import Pairs, PeriodPairs, ResampledPairs, cut, ratio, reach
+from rl_design_space.analysis.resampling import resample_weights
 
 #: Bootstrap samples of periods.
 RESAMPLES = 1000
@@ -34,8 +36,9 @@ CONFIDENCE = 0.95
 LAST_SHARE = 0.9
 #: Probability with which the periods that are said to decide do decide, if the measured difference is the true one.
 POWER = 0.8
-#: Designs with the best values, to which all are compared first, and a quantile that is larger than any that is found.
-_LEADERS, _FAR = 20, 6.0
+#: Designs with the best values, to which all are compared first, and factor that makes the quantile of independent
+#: differences larger than any that is found.
+_LEADERS, _LARGER = 20, 1.1
 #: Multiplications that are spent on the quantiles of designs; the designs after that get the largest quantile found.
 _WORK = 4e8
 
@@ -82,42 +85,92 @@ def best_set(
     """
     if largest_is_best:
         value, samples, each = -value, -samples, None if each is None else -each
-    pairs: Pairs = ResampledPairs(value, samples, periods) if each is None else PeriodPairs(each, RESAMPLES)
-    error_left = (1 - confidence) * (LAST_SHARE if each is not None and np.isnan(each).any() else 1)
-    order = pairs.ranked
+    unequal = each is not None and bool(np.isnan(each).any())
+    error_left = (1 - confidence) * (LAST_SHARE if unequal else 1)
+    designs, outlying = len(value), np.zeros(0, dtype=np.intp)
+    pairs: Pairs
+    if each is None:
+        pairs = ResampledPairs(value, samples, periods)
+    else:
+        less, outlying = cut(each)
+        pairs = PeriodPairs(np.hstack([each, less]), RESAMPLES)
+    order = pairs.ranked[pairs.ranked < designs]
     leader = int(order[0])
-    doubt = np.full(len(value), -np.inf)  # how much further another design is better than the bound reaches
+    far = _LARGER * float(stats.norm.isf(error_left / (2 * designs)))
+    # How much further another design is better than the bound reaches.
+    doubt = np.full(designs + len(outlying), -np.inf)
     for other in order[:_LEADERS].tolist():
         error, skew = pairs.spread(other)
-        doubt = np.maximum(doubt, pairs.differences(other) - error * reach(_FAR, -skew))
-    near = np.flatnonzero(doubt <= 0)
+        doubt = np.maximum(doubt, pairs.differences(other) - error * reach(far, -skew))
+    doubt[outlying] = np.maximum(doubt[outlying], doubt[designs:])
+    near = np.flatnonzero(doubt[:designs] <= 0)
     near = near[np.argsort(value[near], kind="stable")]
-    exact = max(1, int(_WORK / (RESAMPLES * len(value) + samples.size)))
-    inside = np.zeros(len(value), dtype=bool)
-    loss = np.zeros(len(value))
-    decided = np.full(len(value), np.nan)
+    exact = max(1, int(_WORK / (RESAMPLES * designs + samples.size)))
+    inside = np.zeros(designs, dtype=bool)
+    loss = np.zeros(designs)
+    decided = np.full(designs, np.nan)
     quantile = 0.0
     for count, design in enumerate(near.tolist()):
-        error, skew = pairs.spread(design)
+        #: The design as it is, and without its far outliers.
+        forms = [design, *(designs + np.flatnonzero(outlying == design)).tolist()]
+        spreads = [[part[:designs] for part in pairs.spread(form)] for form in forms]
         if count < exact:
-            largest = ratio(pairs.drawn(design), error).max(axis=1)
-            found = max(0.0, float(np.quantile(largest, 1 - error_left)))
+            found = _quantile(pairs, forms, design, [error for error, _ in spreads], error_left)
             quantile = max(quantile, found)
         else:
             found = quantile
-        away = error * reach(found, skew)
-        bound = pairs.differences(design) + away
-        gap = away[leader] - bound[leader]
+        away = [error * reach(found, skew) for error, skew in spreads]
+        bounds = [pairs.differences(form)[:designs] + width for form, width in zip(forms, away, strict=True)]
+        bound = np.min(bounds, axis=0)
         bound[design] = 0
         if (bound >= 0).all():
             inside[design] = True
             loss = np.maximum(loss, bound)
+            gap = away[0][leader] - bounds[0][leader]
             if gap > 0:
-                common = pairs.periods(design)[leader]
-                decided[design] = np.ceil(common * ((away[leader] + stats.norm.ppf(POWER) * error[leader]) / gap) ** 2)
+                wide = away[0][leader] + stats.norm.ppf(POWER) * spreads[0][0][leader]
+                decided[design] = np.ceil(pairs.periods(design)[leader] * (wide / gap) ** 2)
             elif design != leader:
                 decided[design] = np.inf
-    samples = np.where(pairs.complete, samples, np.inf)
+    if unequal and each is not None:
+        samples = _of_common_periods(each, inside)
     least = samples == samples.min(axis=1, keepdims=True)
     probability = (least / least.sum(axis=1, keepdims=True)).mean(axis=0)
     return BestSet(inside, loss, probability, decided, leader)
+
+
+def best_means(each: FloatArray, confidence: float = CONFIDENCE) -> BestSet:
+    """Return which designs cannot be told from the one with the smallest mean, see `best_set`.
+
+    Args:
+        each: (periods, designs), NaN where a design does not have a period.
+        confidence: with which the true best is in the set.
+    """
+    samples = resample_weights(len(each), 0, RESAMPLES) @ np.nan_to_num(each)
+    return best_set(np.nanmean(each, axis=0), samples, each, periods=len(each), confidence=confidence)
+
+
+def _quantile(pairs: Pairs, forms: Sequence[int], design: int, errors: Sequence[FloatArray], level: float) -> float:
+    """Return the number of standard errors within which all differences from a design are, but for this share.
+
+    Args:
+        pairs: the designs.
+        forms: the design, and the same without its far outliers.
+        design: its index.
+        errors: standard errors of the differences from each form, (designs,).
+        level: the share.
+    """
+    largest = np.zeros(1)
+    for form, error in zip(forms, errors, strict=True):
+        drawn = pairs.drawn(form)[:, : len(error)]
+        drawn[:, design] = 0
+        largest = np.maximum(largest, ratio(drawn, error).max(axis=1))
+    return float(np.quantile(largest, 1 - level))
+
+
+def _of_common_periods(each: FloatArray, designs: NDArray[np.bool_]) -> FloatArray:
+    """Return (resamples, designs) means of resampled periods that these designs have in common; infinity of others."""
+    common = each[~np.isnan(each[:, designs]).any(axis=1)]
+    samples = np.full((RESAMPLES, len(designs)), np.inf)
+    samples[:, designs] = resample_weights(len(common), 0, RESAMPLES) @ common[:, designs]
+    return samples

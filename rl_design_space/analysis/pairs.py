@@ -13,6 +13,8 @@ from rl_design_space._arrays import FloatArray
 
 #: Skew of a difference, over the root of the number of periods, below which it counts as symmetric.
 _NO_SKEW = 1e-6
+#: Distance of a far outlier from the quartiles, in distances between them: one exponential number in 250,000 is so far.
+_FAR_OUT = 10
 
 
 class Pairs(Protocol):
@@ -26,11 +28,6 @@ class Pairs(Protocol):
     @property
     def ranked(self) -> NDArray[np.intp]:
         """(designs,) those with most periods first, and among these the best first."""
-        ...
-
-    @property
-    def complete(self) -> NDArray[np.bool_]:
-        """(designs,) whether a design has the same periods as the first of `ranked`."""
         ...
 
     def differences(self, other: int) -> FloatArray:
@@ -67,10 +64,6 @@ class ResampledPairs:
     @property
     def ranked(self) -> NDArray[np.intp]:
         return np.argsort(self.values, kind="stable")
-
-    @property
-    def complete(self) -> NDArray[np.bool_]:
-        return np.ones(len(self.values), dtype=bool)
 
     def differences(self, other: int) -> FloatArray:
         return self.values - self.values[other]
@@ -109,10 +102,6 @@ class PeriodPairs:
     @property
     def ranked(self) -> NDArray[np.intp]:
         return np.lexsort((self.values, -self._counts))
-
-    @property
-    def complete(self) -> NDArray[np.bool_]:
-        return np.asarray(self._group == self._group[self.ranked[0]])
 
     def differences(self, other: int) -> FloatArray:
         found = np.empty(len(self.values))
@@ -189,6 +178,21 @@ class PeriodPairs:
         multipliers = np.random.default_rng(0).standard_normal((self._draws, len(self._each)))[:, rows]
         multipliers -= multipliers.mean(axis=1, keepdims=True)
         return np.asarray(multipliers.astype(np.float32) @ self._centred(rows, designs) / np.float32(len(rows)))
+
+
+def cut(each: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Return the numbers of designs with far outliers, these cut, and which designs they are.
+
+    The mean of what is cut from above is no larger than the mean, so a design that is worse than another one by it is
+    worse. And it is known much better: a few periods that fail do not hide that all others are worse as well.
+
+    Args:
+        each: (periods, designs), NaN where a design does not have a period.
+    """
+    low, high = np.nanquantile(each, (0.25, 0.75), axis=0)
+    limit = high + _FAR_OUT * (high - low)
+    which = np.flatnonzero((high > low) & (np.nanmax(each, axis=0) > limit))
+    return np.minimum(each[:, which], limit[which]), which
 
 
 def reach(quantile: FloatArray | float, skew: FloatArray) -> FloatArray:

@@ -28,7 +28,7 @@ from scipy import stats
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.best import CONFIDENCE, LAST_SHARE
-from rl_design_space.analysis.pairs import ratio, reach
+from rl_design_space.analysis.pairs import cut, ratio, reach
 
 #: Periods that all designs begin with, and factor from one look to the next.
 FIRST, GROWTH = 20, 1.5
@@ -84,19 +84,31 @@ def behind(values: Sequence[FloatArray], look: Look) -> NDArray[np.bool_]:
     for count in np.unique(np.minimum(counts, look.periods)).tolist():
         group = np.flatnonzero(np.minimum(counts, look.periods) == count)
         each = np.stack([values[design][:count] for design in group], axis=1)
-        quantile = stats.t.isf(look.error / max(1, len(racing) - 1), count - 1)
-        for number in range(len(leaders)):
-            found[group] |= _better(leading[:, number], each, float(quantile))
+        less, outlying = cut(each)
+        error = np.full(len(group), look.error / max(1, len(racing) - 1))
+        error[outlying] /= 2  # for two comparisons
+        quantile = stats.t.isf(error, count - 1)
+        for leader in leading.T:
+            found[group] |= _better(leader, each, quantile)
+            found[group[outlying]] |= _better(leader, less, quantile[outlying])
     return found
 
 
-def _better(leader: FloatArray, each: FloatArray, quantile: float) -> NDArray[np.bool_]:
+def matrix(values: Sequence[FloatArray]) -> FloatArray:
+    """Return (periods, designs) the numbers of the periods of each design, NaN where it does not have a period."""
+    each = np.full((max(map(len, values)), len(values)), np.nan)
+    for design, numbers in enumerate(values):
+        each[: len(numbers), design] = numbers
+    return each
+
+
+def _better(leader: FloatArray, each: FloatArray, quantile: FloatArray) -> NDArray[np.bool_]:
     """Return whether a leader is better beyond doubt than designs that have at most as many periods, (designs,).
 
     Args:
         leader: (periods,)
         each: (at most as many periods, designs)
-        quantile: number of standard errors that are beyond doubt.
+        quantile: (designs,) numbers of standard errors that are beyond doubt.
     """
     count = len(each)
     away = each - leader[:count, np.newaxis]

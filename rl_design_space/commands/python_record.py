@@ -79,6 +79,8 @@ def record(
     """
     if not isinstance(point, DesignPoint):
         raise ConfigError.at("point", point, "should be a DesignPoint")
+    if point.task.precision is not None:
+        raise ConfigError.at("task.precision", point.task.precision, "should be None: the curves say how many periods")
     for override in overrides:
         if not is_setting(override):
             raise ConfigError(f"{override}: not a setting; change the point itself, with dataclasses.replace")

@@ -79,11 +79,16 @@ class SweepResult:
         if not isinstance(tracking, MlflowTracking):
             raise ConfigError("tracking=none: nothing is recorded; the numbers of each point are in .scalars")
         recorded = load_runs(uri=tracking.uri, experiment=tracking.experiment, outdated=True)
-        places = {planned.fingerprint: place for place, planned in enumerate(self.plan)}
+        places = {self._recorded_as(planned): place for place, planned in enumerate(self.plan)}
         mine = recorded[recorded["fingerprint"].isin(list(places))]
         found = mine.iloc[mine["fingerprint"].map(places).argsort(kind="stable")]
         found.attrs.update(recorded.attrs)
         return found
+
+    def _recorded_as(self, planned: PlannedPoint) -> str:
+        """Return the fingerprint of the run of a point."""
+        run = self.outcome.stored.get(planned.fingerprint)
+        return planned.with_periods(run.enough.periods).fingerprint if run and run.enough else planned.fingerprint
 
 
 def sweep(

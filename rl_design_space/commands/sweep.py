@@ -65,7 +65,7 @@ def _sweep(
     if settings.plan:
         line = current_invocation().line
         only_planned = line is not None and line.only_planned
-        sweep_output.show_plan(plan, settings, _recorded(plan, settings), only_planned=only_planned)
+        sweep_output.show_plan(plan, settings, recorded(plan, settings), only_planned=only_planned)
         return True
     tracker = settings.tracking.open(command)
     found = missing(plan, tracker)
@@ -128,7 +128,7 @@ def _refuse_settings(params: Mapping[str, str]) -> None:
             raise ConfigError.at(f"hydra.sweeper.params.{key}", value, expected)
 
 
-def _recorded(plan: Plan, settings: Settings) -> sweep_output.Recorded:
+def recorded(plan: Plan, settings: Settings) -> sweep_output.Recorded:
     """Return which points are recorded; no store is created."""
     try:
         reader = settings.tracking.reader()

@@ -16,8 +16,9 @@ from rl_design_space.commands.terminal import (
     plan_lines,
     plan_table,
 )
-from rl_design_space.plan.cost import estimate
+from rl_design_space.plan.cost import at_most, estimate
 from rl_design_space.plan.plan import Plan
+from rl_design_space.run.enough import enough_text
 from rl_design_space.run.outcome import Outcome
 from rl_design_space.run.settings import Settings
 from rl_design_space.tracking.backends import seconds_to_record
@@ -29,7 +30,7 @@ class Recorded:
 
     Attributes:
         points: fingerprints of the points that have a complete run.
-        begun: numbers of periods of the runs that other points continue, by the fingerprint of the point.
+        begun: numbers of periods that are recorded of other points, by the fingerprint of the point.
         changed: numbers of points that have a run of other code only, by what was changed since.
     """
 
@@ -57,14 +58,19 @@ def show_plan(plan: Plan, settings: Settings, recorded: Recorded, *, only_planne
     if settings.shard:
         number, of = settings.shard
         console.print(f"part {number} of {of}: {counted(len(plan), 'point')}")
-    points = [planned.point for planned in left]
-    expected = estimate(points, threads, seconds_to_record(settings.tracking), begun)
+    points, record = [planned.point for planned in left], seconds_to_record(settings.tracking)
+    expected = estimate(points, threads, record, begun)
     parts = f"learning {duration(expected.learning / threads)}, recording {duration(expected.recording / threads)}"
     about = f"about {duration(expected.total)} on {counted(threads, 'core')} ({parts})"
     console.print(f"{len(recorded.points):,} recorded already, {len(left):,} to run: {about}", soft_wrap=True)
+    if asking := sum(point.task.precision is not None for point in points):
+        most = estimate([at_most(point) for point in points], threads, record, begun)
+        asks = "1 asks" if asking == 1 else f"{asking:,} ask"
+        longest = f"{duration(most.total)} if all need task.periods_at_most"
+        console.print(f"- {asks} for a precision: that is the time of task.periods, {longest}", soft_wrap=True)
     if continued := sum(map(bool, begun)):
-        runs = "1 continues a run" if continued == 1 else f"{continued:,} continue runs"
-        console.print(f"- {runs} of fewer periods", markup=False, soft_wrap=True)
+        begin = "1 begins" if continued == 1 else f"{continued:,} begin"
+        console.print(f"- {begin} with periods that are recorded", markup=False, soft_wrap=True)
     for what, count in recorded.changed.items():
         again = "1 runs again, because its run has" if count == 1 else f"{count:,} run again, because their runs have"
         console.print(f"- {again} other code of {what}", markup=False, soft_wrap=True)
@@ -72,7 +78,14 @@ def show_plan(plan: Plan, settings: Settings, recorded: Recorded, *, only_planne
     console.print(f"nothing was run; {remedy} to run these points", markup=False)
 
 
-def show_outcome(plan: Plan, outcome: Outcome, location: str, command: str, settings: Sequence[str] = ()) -> None:
+def show_outcome(
+    plan: Plan,
+    outcome: Outcome,
+    location: str,
+    command: str,
+    settings: Sequence[str] = (),
+    lines: Sequence[str] | None = None,
+) -> None:
     """Print the outcome of a sweep: its result, counts, failures, and pending records.
 
     Args:
@@ -81,9 +94,12 @@ def show_outcome(plan: Plan, outcome: Outcome, location: str, command: str, sett
         location: name of the tracking store.
         command: the command line, which continues a sweep that was stopped by a failure.
         settings: overrides that choose the store.
+        lines: the result of the sweep; made of its stored runs if None.
     """
-    for line in result_lines(plan, outcome.stored, settings):
+    for line in result_lines(plan, outcome.stored, settings) if lines is None else lines:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
+    if enough := enough_text(plan, outcome.stored):
+        console.print(enough, markup=False, soft_wrap=True)
     console.print(outcome_line(plan, outcome, location), markup=False, soft_wrap=True)
     if outcome.failed:
         console.print(failure_table(plan, outcome.failed))

@@ -23,6 +23,7 @@ from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes, row
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.precision import next_stage
 from rl_design_space.learning.replay import Part, check_periods, checked_parts, replays
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.streams import behaviour_states
@@ -43,13 +44,13 @@ def simulate(
     keep: Iterable[Part] = (),
     periods: Sequence[int] | None = None,
 ) -> LearningCurves:
-    """Learn all periods of a design point.
+    """Learn all periods of a design point; as many as its precision needs, if it asks for one.
 
     Args:
         point: the design point.
         threads: number of threads that learn; all available cores if None. The result does not depend on it.
-        begun: a result of the same point with fewer periods, which are not learned again. The result does not depend
-            on it, beside the seconds.
+        begun: a result of the same point with another number of periods, which are not learned again. The result does
+            not depend on it, beside the seconds.
         keep: what to keep of the inside of periods, as `LearningCurves.inside`: `q`, the Q-matrix after the last trial;
             `history`, the Q-matrix after each trial; `visits`; `paths`. See `Replay`.
         periods: numbers of the periods that it is kept of; all if None.
@@ -63,7 +64,15 @@ def simulate(
         check_periods(point, periods or ())
     elif periods is not None:
         raise ConfigError.at("periods", list(periods), 'says what is kept of which periods, so it needs keep=["q"]')
-    threads = threads or available_threads()
+    stage = next_stage(point, begun)
+    while isinstance(stage, DesignPoint):
+        begun = _learned(stage, threads or available_threads(), begun)
+        stage = next_stage(point, begun)
+    return replace(stage, inside=replays(stage.point, parts, periods)) if parts else stage
+
+
+def _learned(point: DesignPoint, threads: int, begun: LearningCurves | None) -> LearningCurves:
+    """Learn a fixed number of periods."""
     learning = Learning(point, threads, begun)
     with ThreadPoolExecutor(threads) as pool:
         for _ in range(threads - 1):
@@ -73,12 +82,11 @@ def simulate(
         except BaseException:
             learning.stop()
             raise
-    curves = learning.curves()
-    return replace(curves, inside=replays(point, parts, periods)) if parts else curves
+    return learning.curves()
 
 
 class Learning:
-    """The learning of one design point, which threads can join while periods are left to begin.
+    """The learning of a fixed number of periods, which threads can join while periods are left to begin.
 
     Args:
         point: the design point.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rl_design_space.design import DesignPoint, cell_count
 
@@ -40,7 +40,13 @@ def expected_steps(point: DesignPoint, begun: int = 0) -> float:
     task, cells = point.task, cell_count(point.world)
     distance = sum(point.world.shape) / 4
     period: float = task.goals * (_FIRST * cells**_GROWTH + _OVER * distance * task.trials)
-    return (task.periods - begun) * min(period, task.trials * task.max_steps)
+    return max(0, task.periods - begun) * min(period, task.trials * task.max_steps)
+
+
+def at_most(point: DesignPoint) -> DesignPoint:
+    """Return a point with the most periods that it may need."""
+    task = point.task
+    return point if task.precision is None else replace(point, task=task.with_periods(task.periods_at_most))
 
 
 def estimate(points: Sequence[DesignPoint], threads: int, record: float, begun: Sequence[int] = ()) -> Estimate:

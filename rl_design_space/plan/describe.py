@@ -13,7 +13,10 @@ _NOTHING = object()
 
 
 def parameters(point: DesignPoint) -> dict[str, Any]:
-    """Return every value of a point by its dotted name, as on the command line."""
+    """Return every value of a point by its dotted name, as on the command line; without fields that are absent.
+
+    A field that was added to an option later is absent while its value stands for that, see `design.identity`.
+    """
     return flat("", point)
 
 
@@ -46,12 +49,19 @@ def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
     if not is_dataclass(value):
         yield key, _config(value)
         return
-    for field in fields(value):
-        yield from _flat(f"{key}.{field.name}" if key else field.name, getattr(value, field.name))
+    for name, inner in _present(value):
+        yield from _flat(f"{key}.{name}" if key else name, inner)
 
 
 def _config(value: Any) -> Any:
     if is_dataclass(value):
         target = f"{type(value).__module__}.{type(value).__qualname__}"
-        return {"_target_": target} | {field.name: _config(getattr(value, field.name)) for field in fields(value)}
+        return {"_target_": target} | {name: _config(inner) for name, inner in _present(value)}
     return list(value) if isinstance(value, tuple) else value
+
+
+def _present(option: Any) -> Iterator[tuple[str, Any]]:
+    for field in fields(option):
+        value = getattr(option, field.name)
+        if ABSENT_AS not in field.metadata or value != field.metadata[ABSENT_AS]:
+            yield field.name, value

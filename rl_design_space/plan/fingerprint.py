@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from rl_design_space.design import DesignPoint
@@ -29,19 +29,13 @@ def fingerprint(point: DesignPoint) -> str:
     return _digest(_content(point))
 
 
-def shorter_fingerprints(point: DesignPoint, periods: Iterable[int]) -> dict[str, int]:
-    """Return the numbers of periods by the fingerprint of the same point with so many.
-
-    Args:
-        point: the design point.
-        periods: numbers; those that are not smaller than that of the point are left out.
-    """
-    content = _content(point)
+def fingerprints_by_periods(point: DesignPoint, periods: Iterable[int]) -> dict[str, int]:
+    """Return numbers of periods by the fingerprint of the same point with exactly so many."""
+    content = _content(replace(point, task=point.task.with_periods(1)))
     found = {}
-    for number in sorted(periods):
-        if number < point.task.periods:
-            content["task"]["periods"] = number
-            found[_digest(content)] = number
+    for number in periods:
+        content["task"]["periods"] = number
+        found[_digest(content)] = number
     return found
 
 

@@ -19,8 +19,8 @@ from rl_design_space.plan.fingerprint import fingerprint
 if TYPE_CHECKING:
     from rl_design_space.learning.result import LearningCurves
 
-#: Beginning of the override of the number of periods.
-_PERIODS = "task.periods="
+#: Beginnings of the overrides of the number of periods.
+_PERIODS = ("task.periods=", "task.periods_at_most=", "task.precision=", "task.precision_of=")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,15 +64,15 @@ class PlannedPoint:
         return 0 if self.begun is None else len(self.begun.steps)
 
     def with_periods(self, periods: int, begun: LearningCurves | None = None) -> PlannedPoint:
-        """Return the same point with another number of periods.
+        """Return the same point with exactly so many periods, whatever number or precision it asks for.
 
         Args:
             periods: their number.
             begun: a result of the first of them.
         """
-        point = replace(self.point, task=replace(self.point.task, periods=periods))
+        point = replace(self.point, task=self.point.task.with_periods(periods))
         others = (override for override in self.overrides if not override.lstrip("+").startswith(_PERIODS))
-        overrides = (*others, f"{_PERIODS}{periods}")
+        overrides = (*others, f"{_PERIODS[0]}{periods}")
         return replace(self, point=point, overrides=overrides, fingerprint=fingerprint(point), begun=begun)
 
     @property

@@ -61,7 +61,7 @@ class Missing:
     Attributes:
         points: these points, in descending order of expected cost.
         stored: the runs of the other points, by fingerprint.
-        begun: runs of fewer periods of the missing points, by their fingerprints.
+        begun: runs of the missing points with other numbers of periods, by their fingerprints.
     """
 
     points: list[PlannedPoint]
@@ -78,7 +78,11 @@ def missing(plan: Plan, tracker: Tracker) -> Missing:
     """Return the points of a plan that a tracker has no complete run of."""
     stored = tracker.finished([planned.fingerprint for planned in plan])
     points = [planned for planned in plan if planned.fingerprint not in stored]
-    begun = tracker.beginnings([planned for planned in points if planned.begun is None]) if points else {}
+    begun = (
+        tracker.beginnings([planned for planned in points if planned.begun is None and not planned.measured_by])
+        if points
+        else {}
+    )
     found = Missing(points, stored, begun)
     return replace(found, points=sorted(points, key=found.steps_left, reverse=True))
 
@@ -111,12 +115,28 @@ def run_sweep(
     add_studies(plan, found.stored, tracker)
     if found.points:
         with summary_run(plan, outcome, tracker, command) if summarised else nullcontext():
-            _Sweep(tracker, monitor, outcome, found.begun).learn(found.points, executor, on_error)
+            learn_missing(found, tracker, executor, monitor, outcome, on_error)
             started = time.perf_counter()
             outcome.count_lost(tracker.wait_for_delivery(monitor.delivering).lost)
             outcome.seconds["delivery"] = time.perf_counter() - started
     outcome.delivery = tracker.wait_for_delivery(monitor.delivering)
     return outcome
+
+
+def learn_missing(
+    found: Missing, tracker: Tracker, executor: Executor, monitor: SweepMonitor, outcome: Outcome, on_error: OnError
+) -> None:
+    """Learn and record points, and count them in an outcome; their delivery is not waited for.
+
+    Args:
+        found: the points.
+        tracker: records results.
+        executor: learns the points.
+        monitor: receives the events of the sweep.
+        outcome: of the sweep.
+        on_error: `stop` starts no further point after one has failed.
+    """
+    _Sweep(tracker, monitor, outcome, found.begun).learn(found.points, executor, on_error)
 
 
 def add_studies(plan: Plan, stored: Mapping[str, StoredRun], tracker: Tracker) -> None:
@@ -153,7 +173,8 @@ class _Sweep:
         finally:
             for fingerprint in self._started:
                 self._tracker.unlock(fingerprint)
-        outcome.seconds |= {"learning": self._learning_seconds, "recording": recorder.seconds}
+        for activity, seconds in (("learning", self._learning_seconds), ("recording", recorder.seconds)):
+            outcome.seconds[activity] = outcome.seconds.get(activity, 0.0) + seconds
 
     def _point_ended(self, planned: PlannedPoint, result: LearningCurves | Exception, stored: StoredRun | None) -> None:
         outcome = self._outcome
@@ -166,7 +187,8 @@ class _Sweep:
                 outcome.stored[planned.fingerprint] = stored
             begun = planned.begun
             outcome.steps += float(result.total_steps[planned.periods_begun :].sum())
-            self._learning_seconds += result.seconds - (0.0 if begun is None or isnan(begun.seconds) else begun.seconds)
+            before = 0.0 if begun is None or isnan(begun.seconds) else begun.seconds
+            self._learning_seconds += 0.0 if isnan(result.seconds) else max(0.0, result.seconds - before)
         self._monitor.point_ended(planned, result)
 
     def _lockable(self, points: Sequence[PlannedPoint]) -> Iterator[PlannedPoint | None]:

@@ -1,11 +1,11 @@
-"""Recorded runs of fewer periods of a point, which a run of more periods continues."""
+"""Recorded runs of a point with another number of periods, whose periods are not learned again."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from rl_design_space.plan.fingerprint import shorter_fingerprints
+from rl_design_space.plan.fingerprint import fingerprints_by_periods
 from rl_design_space.tracking.tracker import Beginning, StoredRun
 
 if TYPE_CHECKING:
@@ -17,23 +17,25 @@ def beginnings(
     counts: Collection[int],
     find: Callable[[Collection[str]], Mapping[str, StoredRun]],
 ) -> dict[str, Beginning]:
-    """Return the longest recorded run of fewer periods of each point, by the fingerprint of the point.
+    """Return a recorded run of each point with another number of periods, by the fingerprint of the point.
 
-    The fingerprint of a point with fewer periods follows from the point and their number, so runs of earlier versions
-    are found as well.
+    It is the longest; if that has more periods than the point asks for, nothing is left to learn.
+
+    The fingerprint of a point with another number of periods follows from the point and the number, so runs of earlier
+    versions are found as well.
 
     Args:
         points: the points.
         counts: numbers of periods that recorded runs have.
         find: returns the runs of those of these fingerprints that are recorded.
     """
-    shorter = {planned.fingerprint: shorter_fingerprints(planned.point, counts) for planned in points}
-    wanted = {fingerprint for candidates in shorter.values() for fingerprint in candidates}
+    candidates = {planned.fingerprint: fingerprints_by_periods(planned.point, counts) for planned in points}
+    wanted = {fingerprint for each in candidates.values() for fingerprint in each}
     stored = find(wanted) if wanted else {}
     found = {}
-    for fingerprint, candidates in shorter.items():
-        recorded = [each for each in candidates if each in stored]
+    for fingerprint, periods in candidates.items():
+        recorded = [each for each in periods if each in stored and each != fingerprint]
         if recorded:
-            longest = max(recorded, key=candidates.__getitem__)
-            found[fingerprint] = Beginning(longest, candidates[longest], stored[longest])
+            longest = max(recorded, key=periods.__getitem__)
+            found[fingerprint] = Beginning(longest, periods[longest], stored[longest])
     return found

@@ -130,7 +130,7 @@ class RunReader:
         return self._queries.finished(fingerprints)
 
     def beginnings(self, points: Collection[PlannedPoint]) -> dict[str, Beginning]:
-        """Return the longest run of fewer periods of each of these points, see `Tracker.beginnings`."""
+        """Return a run of each of these points with another number of periods, see `Tracker.beginnings`."""
         return beginnings(points, self._queries.period_counts(), self._queries.finished)
 
     def runs(self) -> list[FoundRun]:

@@ -77,21 +77,27 @@ def test_seconds_add_up_and_are_estimated_where_they_are_unknown():
     assert unknown.scalars()["env_steps_per_second"] > 0
 
 
+def test_of_more_periods_than_are_asked_for_the_first_ones_count():
+    for periods in (31, 40):
+        assert_same(simulate(SMALL, begun=simulate(with_periods(SMALL, periods))), simulate(SMALL))
+
+
 @pytest.mark.parametrize(
     "other",
     [
-        SMALL,
-        with_periods(SMALL, 40),
         replace(SMALL, seed=8, task=replace(SMALL.task, periods=20)),
         replace(SMALL, task=replace(SMALL.task, trials=13, periods=20)),
         replace(SMALL, world=Walled(size=6), task=replace(SMALL.task, periods=20)),
         replace(SMALL, exploration=Linear(k=0.1), task=replace(SMALL.task, periods=20)),
     ],
-    ids=["as many", "more", "seed", "trials", "world", "exploration"],
+    ids=["seed", "trials", "world", "exploration"],
 )
 def test_the_result_of_another_point_is_refused(other: DesignPoint):
+    result = simulate(other)
+    with pytest.raises(ValueError, match="a result of another point"):
+        simulate(SMALL, begun=result)
     with pytest.raises(ValueError, match="not the first periods of this point"):
-        simulate(SMALL, begun=simulate(other))
+        simulate(SMALL, begun=replace(result, known_point=None))
 
 
 @pytest.mark.parametrize("periods", [0, 32])

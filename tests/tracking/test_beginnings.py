@@ -1,4 +1,4 @@
-"""Recorded runs of fewer periods, which a run of more periods continues."""
+"""Recorded runs of a point with another number of periods, whose periods are not learned again."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def begun(tracker, planned: PlannedPoint) -> LearningCurves | None:
     return tracker.result(beginning, planned) if beginning else None
 
 
-def test_the_longest_run_of_fewer_periods_is_continued(database: Path):
-    for overrides in (["task.periods=2"], ["task.periods=7"], [FEW, "seed=1"], ["task.periods=4", "seed=1"]):
+def test_the_longest_run_with_another_number_of_periods_is_used(database: Path):
+    for overrides in (["task.periods=2"], [FEW, "seed=1"], ["task.periods=4", "seed=1"]):
         tracker_at(database).record(*learned(*overrides))
     (planned, _), (short, expected) = learned(MORE), learned(FEW)
     tracker_at(database).record(short, expected)
@@ -34,9 +34,13 @@ def test_the_longest_run_of_fewer_periods_is_continued(database: Path):
     np.testing.assert_array_equal(found.rows, expected.rows)
     assert found.seconds == pytest.approx(expected.seconds)
     assert tracker.beginnings([planned])[planned.fingerprint].periods == 3
-    # Nothing is shorter, or of the same point.
-    others = [learned(*overrides)[0] for overrides in (["task.periods=2"], [MORE, "seed=2"], [MORE, "world.size=5"])]
-    assert tracker.beginnings(others) == {}
+    # With more periods than are asked for, nothing is left to learn; the point itself is none.
+    fewer, same = learned("task.periods=2")[0], short
+    assert {key: found.periods for key, found in tracker.beginnings([fewer, same]).items()} == {
+        fewer.fingerprint: 3,
+        same.fingerprint: 2,
+    }
+    assert tracker.beginnings([learned(MORE, "seed=2")[0], learned(MORE, "world.size=5")[0]]) == {}
 
 
 def test_a_pending_record_is_continued(database: Path):

@@ -69,13 +69,13 @@ class Frames:
             picture.show(each)
             canvas.draw()  # type: ignore[no-untyped-call]
             pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-            drawn = Image.fromarray(pixels).convert("RGB")
-            yield drawn.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+            yield Image.fromarray(pixels).convert("RGB")
 
     def write_gif(self, path: Path) -> Path:
         """Write an animated GIF, which is repeated for ever."""
         shown = [_SHOWN] * (len(self.images) - 1) + [_LAST]
-        first, *others = self.images
+        # Median cut, the default, gives the path the colour of the goals.
+        first, *others = (image.quantize(_COLOURS, method=Image.Quantize.MAXCOVERAGE) for image in self.images)
         first.save(path, save_all=True, append_images=others, duration=shown, loop=0, optimize=False)
         return path
 

@@ -100,7 +100,9 @@ def watch(
     if not isinstance(point, DesignPoint):
         raise ConfigError.at("point", point, "should be a DesignPoint")
     if isinstance(period, str):
-        steps = simulate(point).total_steps if total_steps is None else total_steps
+        if (steps := total_steps) is None:
+            learned = simulate(point)
+            point, steps = learned.point, learned.total_steps
         which = f"{period} of {len(steps):,} periods"
     else:
         # The numbers of steps do not matter.
