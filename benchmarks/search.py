@@ -7,7 +7,6 @@ race, its error rate and those of a full sweep are measured on resampled periods
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +21,12 @@ RACE, HALVING, OPTUNA = "race", "successive halving", "Optuna, TPE"
 
 
 def measure(
-    rounds: int, report: Callable[[str], None], *, folder: Path, periods: int = 300, studies: tuple[str, ...] = (*STUDIES,)
+    rounds: int,
+    report: Callable[[str], None],
+    *,
+    folder: Path,
+    periods: int = 300,
+    studies: tuple[str, ...] = (*STUDIES,),
 ) -> pd.DataFrame:
     """Return a row for each study, way and round.
 

@@ -51,6 +51,10 @@ class Reader(Protocol):
         """Return the arrays of a run: `steps` and `success` (periods, trials), `optimum`, `rows`, every curve."""
         ...
 
+    def config(self, run: StoredRun) -> dict[str, Any]:
+        """Return the resolved config of a run."""
+        ...
+
     def link(self, ui: str, study: str) -> str:
         """Return the address of a study's runs in an MLflow UI."""
         ...
@@ -67,6 +71,9 @@ class NoRuns:
         return {}
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
+        raise LookupError(f"no run was recorded: {run.run_id}")
+
+    def config(self, run: StoredRun) -> dict[str, Any]:
         raise LookupError(f"no run was recorded: {run.run_id}")
 
     def link(self, ui: str, study: str) -> str:
@@ -96,6 +103,9 @@ class FoundRuns:
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
         return self._reader.periods(run)
+
+    def config(self, run: StoredRun) -> dict[str, Any]:
+        return self._reader.config(run)
 
     def link(self, ui: str, study: str) -> str:
         return self._reader.link(ui, study)
