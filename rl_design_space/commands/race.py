@@ -96,7 +96,8 @@ def race_looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mappin
     from rl_design_space.analysis.race import looks
 
     if settings.shard:
-        raise ConfigError.at("shard", "/".join(map(str, settings.shard)), "a race compares all its points; leave it out")
+        part = "/".join(map(str, settings.shard))
+        raise ConfigError.at("shard", part, "a race compares all its points; leave it out")
     if not isinstance(launcher, PointLauncher):
         raise ConfigError("hydra/sweeper=race needs hydra/launcher=design, design_dask or design_ray")
     for name in (_SEED, _PERIODS):
