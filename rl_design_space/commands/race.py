@@ -98,6 +98,10 @@ def race_looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mappin
     if settings.shard:
         part = "/".join(map(str, settings.shard))
         raise ConfigError.at("shard", part, "a race compares all its points; leave it out")
+    for planned in plan:
+        if (precision := planned.point.task.precision) is not None:
+            reason = "a race decides itself how many periods a point gets; leave it out"
+            raise ConfigError.at("task.precision", precision, reason)
     if not isinstance(launcher, PointLauncher):
         raise ConfigError("hydra/sweeper=race needs hydra/launcher=design, design_dask or design_ray")
     for name in (_SEED, _PERIODS):
@@ -105,8 +109,6 @@ def race_looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mappin
             other = "more task.periods" if name == _SEED else "the largest of them"
             expected = f"a race compares designs over the periods of one seed; ask for {other}"
             raise ConfigError.at(name, ",".join(values), expected)
-    if any(planned.point.task.precision is not None for planned in plan):
-        raise ConfigError("task.precision: a race decides how many periods each point gets; leave it out")
     if (most := plan[0].point.task.periods) < 2:
         raise ConfigError.at(_PERIODS, most, "a race compares designs over at least 2 periods, better hundreds")
     first, growth, confidence = rules["first"], rules["growth"], rules["confidence"]

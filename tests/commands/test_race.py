@@ -126,7 +126,7 @@ def test_the_largest_value_can_be_the_best_one(plan: Plan, settings: Settings):
     [
         (["seed=0", "seed=1"], {}, {}, "seed=0,1: a race compares designs over the periods of one seed"),
         (["task.periods=30", "task.periods=60"], {}, {}, "task.periods=30,60: a race compares .* the largest of them"),
-        (["task.precision=0.1"], {}, {}, "task.precision: a race decides how many periods"),
+        (["task.precision=0.1"], {}, {}, "task.precision=0.1: a race decides itself how many periods"),
         (["seed=0"], {"shard": (1, 4)}, {}, "shard=1/4: a race compares all its points"),
         (["seed=0"], {}, {"first": 2}, "hydra.sweeper.first=2: should be a whole number of periods, 5 or more"),
         (["seed=0"], {}, {"growth": 1}, "hydra.sweeper.growth=1: should be a factor above 1, 10 at most"),
