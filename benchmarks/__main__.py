@@ -15,6 +15,7 @@ from benchmarks.peers import PEERS
 from benchmarks.race import Setting, race
 from benchmarks.race_table import calls_frame, frame_of, text_of, versions
 from benchmarks.results import Results
+from benchmarks.search_studies import PERIODS, STUDIES
 from benchmarks.tables import console
 
 
@@ -96,8 +97,8 @@ def _reports(chosen: argparse.Namespace) -> int:
 
 def _search(chosen: argparse.Namespace) -> int:
     results = Results(chosen.outputs, "search", "Steps to find the best of a thousand points")
-    studies = ("schedules",) if chosen.quick else tuple(search.STUDIES)
-    rounds, periods = chosen.rounds or (1 if chosen.quick else 3), 60 if chosen.quick else search.PERIODS
+    studies = ("schedules",) if chosen.quick else tuple(STUDIES)
+    rounds, periods = chosen.rounds or (1 if chosen.quick else 3), 60 if chosen.quick else PERIODS
     calls = search.measure(rounds, console.print, folder=chosen.outputs, periods=periods, studies=studies)
     frame = search.summary(calls)
     results.save(frame, search.text_of(frame), calls)
