@@ -81,7 +81,7 @@ def text_of(frame: pd.DataFrame) -> pd.DataFrame:
             "steps of the full sweep": frame["steps"].map("{:.1%}".format),
             "finds the leader": frame["is_best"].map("{:.0%}".format),
             "its best loses": frame["loss"].map("{:.1%}".format),
-            "of the best set": [f"{number(row.of_best_set)} of {row.best_set}" for row in frame.itertuples()],
+            "of the best set": frame["of_best_set"].map(number) + " of " + frame["best_set"].astype(str),
             "others in its set": frame["others"].map(number),
         }
     )

@@ -20,7 +20,7 @@ SEED, PERIODS = 1, 300
 _REPRESENTATIONS, _REWARDS = ("ad_hoc", "distance", "direction"), ("many_rewards", "each_success", "end_reward")
 
 #: Choices of each study, and what all of its points have.
-STUDIES: Mapping[str, tuple[Mapping[str, Sequence[object]], Sequence[str]]] = {
+STUDIES: Mapping[str, tuple[Mapping[str, Sequence[str | float]], Sequence[str]]] = {
     "choices": (
         {
             "representation": _REPRESENTATIONS,
@@ -67,9 +67,9 @@ class Sweep:
 
     name: str
     values: FloatArray
-    choices: Mapping[str, Sequence[object]]
+    choices: Mapping[str, Sequence[str | float]]
 
-    def number(self, chosen: Mapping[str, object]) -> int:
+    def number(self, chosen: Mapping[str, str | float]) -> int:
         """Return the number of the point with these values."""
         shape = [len(values) for values in self.choices.values()]
         indices = [list(values).index(chosen[name]) for name, values in self.choices.items()]
