@@ -69,10 +69,10 @@ class Sweep:
     values: FloatArray
     choices: Mapping[str, Sequence[str | float]]
 
-    def number(self, chosen: Mapping[str, str | float]) -> int:
-        """Return the number of the point with these values."""
+    def number(self, chosen: Mapping[str, str | float | None]) -> int:
+        """Return the number of the point with these values, of each choice one."""
         shape = [len(values) for values in self.choices.values()]
-        indices = [list(values).index(chosen[name]) for name, values in self.choices.items()]
+        indices = [[*values].index(chosen[name]) for name, values in self.choices.items()]
         return int(np.ravel_multi_index(indices, shape))
 
 
