@@ -9,12 +9,13 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType
 
-from benchmarks import browse, reports, roofline, scaling, scaling_plot, start, sweep, tracking, waits, writers
+from benchmarks import browse, reports, roofline, scaling, scaling_plot, search, start, sweep, tracking, waits, writers
 from benchmarks.client import ROOT
 from benchmarks.peers import PEERS
 from benchmarks.race import Setting, race
 from benchmarks.race_table import calls_frame, frame_of, text_of, versions
 from benchmarks.results import Results
+from benchmarks.search_studies import PERIODS, STUDIES
 from benchmarks.tables import console
 
 
@@ -94,6 +95,16 @@ def _reports(chosen: argparse.Namespace) -> int:
     return 0
 
 
+def _search(chosen: argparse.Namespace) -> int:
+    results = Results(chosen.outputs, "search", "Steps to find the best of a thousand points")
+    studies = ("schedules",) if chosen.quick else tuple(STUDIES)
+    rounds, periods = chosen.rounds or (1 if chosen.quick else 3), 60 if chosen.quick else PERIODS
+    calls = search.measure(rounds, console.print, folder=chosen.outputs, periods=periods, studies=studies)
+    frame = search.summary(calls)
+    results.save(frame, search.text_of(frame), calls)
+    return 0
+
+
 def _part(name: str, module: ModuleType, title: str, chosen: argparse.Namespace, rounds: int = 9) -> int:
     """A part that is nothing but measuring and a table."""
     results = Results(chosen.outputs, name, title)
@@ -112,6 +123,7 @@ PARTS: dict[str, Callable[[argparse.Namespace], int]] = {
     "sweep": partial(_part, "sweep", sweep, "What a point of a sweep costs beside learning and recording"),
     "browse": partial(_part, "browse", browse, "How long one waits at 10,000 runs", rounds=3),
     "reports": _reports,
+    "search": _search,
 }
 
 if __name__ == "__main__":

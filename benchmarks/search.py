@@ -1,19 +1,19 @@
 """How many steps it takes to find the best of a thousand points: a race, beside others that may use as many.
 
-The full sweep of each study is learned once and kept; each way then takes from it the periods that it asks for. The
-race, its error rate and those of a full sweep are measured on resampled periods, too.
+The full sweep of each study is learned once and kept; each way then takes from it the periods that it asks for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from benchmarks.search_methods import Found, halved, optimised, raced
-from benchmarks.search_studies import STUDIES, Sweep, full_sweep
+from benchmarks.search_studies import PERIODS, STUDIES, Sweep, full_sweep
 from benchmarks.tables import number
 from rl_design_space.analysis.best import best_means
 
@@ -25,8 +25,8 @@ def measure(
     report: Callable[[str], None],
     *,
     folder: Path,
-    periods: int = 300,
-    studies: tuple[str, ...] = (*STUDIES,),
+    periods: int = PERIODS,
+    studies: Sequence[str] = tuple(STUDIES),
 ) -> pd.DataFrame:
     """Return a row for each study, way and round.
 
@@ -50,7 +50,7 @@ def measure(
     return pd.DataFrame(rows)
 
 
-def _row(sweep: Sweep, inside: np.ndarray, leader: int, way: str, seed: int, found: Found) -> dict[str, object]:
+def _row(sweep: Sweep, inside: NDArray[np.bool_], leader: int, way: str, seed: int, found: Found) -> dict[str, object]:
     means = sweep.values.mean(axis=0)
     return {
         "study": sweep.name,
@@ -81,7 +81,7 @@ def text_of(frame: pd.DataFrame) -> pd.DataFrame:
             "steps of the full sweep": frame["steps"].map("{:.1%}".format),
             "finds the leader": frame["is_best"].map("{:.0%}".format),
             "its best loses": frame["loss"].map("{:.1%}".format),
-            "of the best set": [f"{number(row.of_best_set)} of {row.best_set}" for row in frame.itertuples()],
+            "of the best set": frame["of_best_set"].map(number) + " of " + frame["best_set"].astype(str),
             "others in its set": frame["others"].map(number),
         }
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -78,15 +79,13 @@ def optimised(sweep: Sweep, steps: float, seed: int) -> Found:
     """Let Optuna's TPE sampler choose points with all their periods, until these steps are used up."""
     import optuna
 
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    optuna.logging.set_verbosity(logging.ERROR)
     study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=seed))
     counts = np.zeros(sweep.values.shape[1], dtype=int)
     spent, cost, means = 0.0, sweep.values.sum(axis=0), sweep.values.mean(axis=0)
     for _ in range(_TRIALS):
         trial = study.ask()
-        chosen = {
-            name: trial.suggest_categorical(name, list(values)) for name, values in sweep.choices.items()
-        }
+        chosen = {name: trial.suggest_categorical(name, list(values)) for name, values in sweep.choices.items()}
         number = sweep.number(chosen)
         if not counts[number]:
             if spent + cost[number] > steps:

@@ -20,7 +20,7 @@ SEED, PERIODS = 1, 300
 _REPRESENTATIONS, _REWARDS = ("ad_hoc", "distance", "direction"), ("many_rewards", "each_success", "end_reward")
 
 #: Choices of each study, and what all of its points have.
-STUDIES: Mapping[str, tuple[Mapping[str, Sequence[object]], Sequence[str]]] = {
+STUDIES: Mapping[str, tuple[Mapping[str, Sequence[str | float]], Sequence[str]]] = {
     "choices": (
         {
             "representation": _REPRESENTATIONS,
@@ -67,12 +67,12 @@ class Sweep:
 
     name: str
     values: FloatArray
-    choices: Mapping[str, Sequence[object]]
+    choices: Mapping[str, Sequence[str | float]]
 
-    def number(self, chosen: Mapping[str, object]) -> int:
-        """Return the number of the point with these values."""
+    def number(self, chosen: Mapping[str, str | float | None]) -> int:
+        """Return the number of the point with these values, of each choice one."""
         shape = [len(values) for values in self.choices.values()]
-        indices = [list(values).index(chosen[name]) for name, values in self.choices.items()]
+        indices = [[*values].index(chosen[name]) for name, values in self.choices.items()]
         return int(np.ravel_multi_index(indices, shape))
 
 

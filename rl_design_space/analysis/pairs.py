@@ -66,7 +66,7 @@ class ResampledPairs:
         return np.argsort(self.values, kind="stable")
 
     def differences(self, other: int) -> FloatArray:
-        return self.values - self.values[other]
+        return np.asarray(self.values - self.values[other])
 
     def spread(self, other: int) -> tuple[FloatArray, FloatArray]:
         return (self.samples - self.samples[:, [other]]).std(axis=0, ddof=1), np.zeros(len(self.values))
@@ -76,7 +76,7 @@ class ResampledPairs:
 
     def drawn(self, other: int) -> FloatArray:
         away = self.samples - self.values
-        return away - away[:, [other]]
+        return np.asarray(away - away[:, [other]])
 
 
 class PeriodPairs:

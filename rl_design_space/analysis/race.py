@@ -77,13 +77,13 @@ def behind(values: Sequence[FloatArray], look: Look) -> NDArray[np.bool_]:
     """
     counts = np.array([len(each) for each in values])
     racing = np.flatnonzero(counts >= look.periods)
-    means = np.array([values[design][: look.periods].mean() for design in racing])
+    means = np.array([values[design][: look.periods].mean() for design in racing.tolist()])
     leaders = racing[np.argsort(means, kind="stable")[:_LEADERS]]
-    leading = np.stack([values[design][: look.periods] for design in leaders], axis=1)
+    leading = np.stack([values[design][: look.periods] for design in leaders.tolist()], axis=1)
     found = np.zeros(len(values), dtype=bool)
     for count in np.unique(np.minimum(counts, look.periods)).tolist():
         group = np.flatnonzero(np.minimum(counts, look.periods) == count)
-        each = np.stack([values[design][:count] for design in group], axis=1)
+        each = np.stack([values[design][:count] for design in group.tolist()], axis=1)
         less, outlying = cut(each)
         error = np.full(len(group), look.error / max(1, len(racing) - 1))
         error[outlying] /= 2  # for two comparisons

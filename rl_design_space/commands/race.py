@@ -96,7 +96,8 @@ def race_looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mappin
     from rl_design_space.analysis.race import looks
 
     if settings.shard:
-        raise ConfigError.at("shard", "/".join(map(str, settings.shard)), "a race compares all its points; leave it out")
+        part = "/".join(map(str, settings.shard))
+        raise ConfigError.at("shard", part, "a race compares all its points; leave it out")
     for planned in plan:
         if (precision := planned.point.task.precision) is not None:
             reason = "a race decides itself how many periods a point gets; leave it out"
@@ -108,8 +109,8 @@ def race_looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mappin
             other = "more task.periods" if name == _SEED else "the largest of them"
             expected = f"a race compares designs over the periods of one seed; ask for {other}"
             raise ConfigError.at(name, ",".join(values), expected)
-    if any(planned.point.task.precision is not None for planned in plan):
-        raise ConfigError("task.precision: a race decides how many periods each point gets; leave it out")
+    if (most := plan[0].point.task.periods) < 2:
+        raise ConfigError.at(_PERIODS, most, "a race compares designs over at least 2 periods, better hundreds")
     first, growth, confidence = rules["first"], rules["growth"], rules["confidence"]
     if not isinstance(first, int) or isinstance(first, bool) or first < _FEWEST:
         raise ConfigError.at("hydra.sweeper.first", first, f"should be a whole number of periods, {_FEWEST} or more")
@@ -118,7 +119,7 @@ def race_looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mappin
     if not _is_number(confidence) or not 0.5 <= confidence < 1:
         expected = "should be a probability from 0.5 to below 1, such as 0.95"
         raise ConfigError.at("hydra.sweeper.confidence", confidence, expected)
-    return looks(plan[0].point.task.periods, first, float(growth), float(confidence))
+    return looks(most, first, float(growth), float(confidence))
 
 
 def _is_number(value: object) -> bool:

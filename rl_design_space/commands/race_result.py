@@ -73,9 +73,9 @@ class RaceResult:
         what = "1 design" if inside == 1 else f"{inside:,} designs"
         return [
             f"race: {designs:,} designs began with {self.periods.min():,.0f} periods, {at_end:,} went on to "
-            f"{self.most:,}; {self.spent:,.3g} steps, {self.spent / self.full:.1%} of about {self.full:,.3g} of the "
-            "full sweep",
-            f"{what} of {designs:,} cannot be told from the best by {self.name} at {self.confidence:.4g}",
+            f"{self.most:,}; {_millions(self.spent)} steps, {self.spent / self.full:.1%} of about "
+            f"{_millions(self.full)} of the full sweep",
+            f"{what} of {designs:,} cannot be told from the best by {self.name} at {100 * self.confidence:.4g} %",
         ]
 
     @property
@@ -144,6 +144,10 @@ class RaceResult:
 def _plain(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Return parameters with lists as text, which can be compared."""
     return {name: str(value) if isinstance(value, list) else value for name, value in parameters.items()}
+
+
+def _millions(steps: float) -> str:
+    return f"{steps / 1e6:,.3g} million" if steps < 1e9 else f"{steps / 1e6:,.0f} million"
 
 
 def _number(value: float) -> str:

@@ -126,7 +126,7 @@ def test_the_largest_value_can_be_the_best_one(plan: Plan, settings: Settings):
     [
         (["seed=0", "seed=1"], {}, {}, "seed=0,1: a race compares designs over the periods of one seed"),
         (["task.periods=30", "task.periods=60"], {}, {}, "task.periods=30,60: a race compares .* the largest of them"),
-        (["task.precision=0.1"], {}, {}, "task.precision: a race decides how many periods"),
+        (["task.precision=0.1"], {}, {}, "task.precision=0.1: a race decides itself how many periods"),
         (["seed=0"], {"shard": (1, 4)}, {}, "shard=1/4: a race compares all its points"),
         (["seed=0"], {}, {"first": 2}, "hydra.sweeper.first=2: should be a whole number of periods, 5 or more"),
         (["seed=0"], {}, {"growth": 1}, "hydra.sweeper.growth=1: should be a factor above 1, 10 at most"),
@@ -147,27 +147,27 @@ def test_only_means_over_periods_are_raced(objective: str, plan: Plan, settings:
 
 def test_a_race_on_the_command_line(tmp_path: Path, empty_database: Path):
     command = commands_in(tmp_path)
-    copy_database(empty_database, tmp_path / "outputs" / "mlflow.db")
+    copy_database(empty_database, tmp_path / "out" / "mlflow.db")
     words = [
         "rl-design-space", "-m", "hydra/sweeper=race", "hydra.sweeper.first=10", "hydra.sweeper.growth=2",
         "exploration=linear", "exploration.k=0.01,0.1,0.12", "reward=many_rewards,end_reward", "task.trials=6",
         "world.size=4", "task.periods=60", "threads=1",
     ]  # fmt: skip
-    planned = command(*words, "plan=true").stdout
+    planned = command(*words, "plan=true", outputs="out").stdout
     assert "compared after 10, 20, 40, 60 periods; those that are worse beyond doubt stop" in planned
     assert "at least 10 periods of each point: 0 recorded already, 6 to run: about" in planned
     assert "at most 60 periods of each point: 0 recorded already, 6 to run: about" in planned
-    lines = command(*words).stdout.splitlines()
+    lines = command(*words, outputs="out").stdout.splitlines()
     (taken,) = [line for line in lines if line.startswith("race: 6 designs began with 10 periods")]
     assert "of the full sweep" in taken
     best = [line for line in lines if line.startswith("★")]
     assert best
     assert "exploration.k=" in best[0]
     assert any(line.startswith("more: rl-design-report best") for line in lines)
-    repeated = command(*words).stdout.splitlines()
+    repeated = command(*words, outputs="out").stdout.splitlines()
     assert ", 0 learned now, " in repeated[-1]
     assert [line for line in repeated if line.startswith(("race:", "★"))] == [taken, *best]
-    with closing(sqlite3.connect(tmp_path / "outputs" / "mlflow.db")) as database:
+    with closing(sqlite3.connect(tmp_path / "out" / "mlflow.db")) as database:
         ((note, place),) = database.execute(
             "select t.value, r.artifact_uri from runs r join tags t on t.run_uuid = r.run_uuid and "
             "t.key = 'mlflow.note.content' join metrics m on m.run_uuid = r.run_uuid and m.key = 'race/share_of_steps'"

@@ -11,7 +11,7 @@ import pytest
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import grid
 from rl_design_space.tracking.connection import connect
-from rl_design_space.tracking.tracker import StoredRun, SweepEnding
+from rl_design_space.tracking.tracker import Findings, StoredRun, SweepEnding
 from tests.tracking.stores import COMMAND, copy_database, learned, plan_of, record, runs, tracker_at
 
 
@@ -142,3 +142,22 @@ def test_a_summary_run_ranks_the_points_by_other_measures(empty_database: Path, 
 def test_a_leaderboard_of_a_measure_that_cannot_be_imported_is_refused_at_once(tmp_path: Path):
     with pytest.raises(ConfigError, match=r"measure no_such_module\.late: cannot be imported"):
         tracker_at(tmp_path / "mlflow.db", leaderboard=["no_such_module.late"])
+
+
+def test_the_best_set_of_a_sweep_is_marked_in_its_note_and_table(tracker, client):
+    points = [learned(override)[0] for override in ("seed=0", "exploration=linear")]
+    stored = {planned.fingerprint: StoredRun("id", scalars={"total_steps": 5.0}) for planned in points}
+    summary = tracker.open_sweep(plan_of(*points), COMMAND)
+    found = Findings(
+        best=frozenset([points[1].fingerprint]), lines=["race: it took less"], tables={"race.csv": b"a\n1\n"},
+        metrics={"race/steps": 3.0},
+    )  # fmt: skip
+    summary.close(ending(stored=stored, findings=found))
+    (run,) = runs(client, "sweeps")
+    note = run.data.tags["mlflow.note.content"]
+    assert "- race: it took less" in note
+    assert "| 2 ★ |" in note
+    assert "| 1 |" in note
+    assert run.data.metrics == {"race/steps": 3}
+    assert [row["in_best_set"] for row in rows_of(run, "leaderboard.csv")] == ["False", "True"]
+    assert "race.csv" in files_of(run)
