@@ -151,7 +151,8 @@ def observation_codes(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
         name = full_name(type(representation))
         raise ConfigError(f"representation: {name}.observation() calls {error}") from error
     _checked("representation", representation, "observation", codes, shape, np.int64, 0, _LARGEST_CODE)
-    return np.ascontiguousarray(codes)
+    # Writable, too: the kernel would be compiled once more for arrays that are not.
+    return np.require(codes, requirements=["C", "W"])
 
 
 def _checked(

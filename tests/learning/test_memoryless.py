@@ -102,7 +102,7 @@ def test_a_search_that_is_given_up_leaves_a_bound():
 
 
 @pytest.mark.parametrize("until", ["observation_changes", "due_goal_observation_changes"])
-def test_actions_that_stop_by_perception_and_controllers_lose_no_optimum(until: str):
+def test_actions_that_see_lead_to_the_optimum_on_directions(until: str):
     point = DesignPoint(world=Torus(size=5), representation=Direction(), task=Task(goals=2, periods=5))
     layouts = layouts_of(point)
     optimum = shortest_tours(point.world.next_cell(), layouts)
