@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,9 +85,7 @@ def optimised(sweep: Sweep, steps: float, seed: int) -> Found:
     spent, cost, means = 0.0, sweep.values.sum(axis=0), sweep.values.mean(axis=0)
     for _ in range(_TRIALS):
         trial = study.ask()
-        chosen = {
-            name: trial.suggest_categorical(name, list(values)) for name, values in sweep.choices.items()
-        }
+        chosen = {name: trial.suggest_categorical(name, list(values)) for name, values in sweep.choices.items()}
         number = sweep.number(chosen)
         if not counts[number]:
             if spent + cost[number] > steps:
