@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import DesignPoint
-from rl_design_space.design.actions import Behaviour
+from rl_design_space.design import Behaviour, DesignPoint
 from rl_design_space.learning.compiled import compiled, compiled_and_kept
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.tables import Tables, behaviour_of, learning_tables, observation_codes
@@ -150,7 +149,7 @@ def memoryless_steps(point: DesignPoint, layouts: NDArray[np.int32]) -> FloatArr
     for first in range(0, len(layouts), _AT_A_TIME):
         part = slice(first, first + _AT_A_TIME)
         for number, codes in enumerate(observation_codes(point, layouts[part, 1:]), first):
-            if point.msa.repeats and len(np.unique(codes)) == codes.size:
+            if point.msa.primitives and len(np.unique(codes)) == codes.size:
                 # No two states look the same, and all steps can be chosen: the policy can be any.
                 found[number] = optimum[number]
                 continue

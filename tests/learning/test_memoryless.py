@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from rl_design_space.design import (
     AdHoc,
+    Controllers,
     DesignPoint,
     Direction,
     Distance,
@@ -97,3 +98,15 @@ def test_a_search_that_is_given_up_leaves_a_bound():
     given_up = best_memoryless(point, learning_tables(point), layout, codes, nodes=0)
     assert (given_up.steps, given_up.is_exact, given_up.is_possible) == (None, False, True)
     assert given_up.bound == shortest_tours(point.world.next_cell(), layout[np.newaxis])[0]
+
+
+@pytest.mark.parametrize("until", ["observation_changes", "due_goal_observation_changes"])
+def test_actions_that_stop_by_perception_and_controllers_lose_no_optimum(until: str):
+    point = DesignPoint(world=Torus(size=5), representation=Direction(), task=Task(goals=2, periods=5))
+    layouts = layouts_of(point)
+    optimum = shortest_tours(point.world.next_cell(), layouts)
+    stopping = replace(point, msa=MultiStepActions(lengths=(4,), until=until))
+    np.testing.assert_array_equal(memoryless_steps(stopping, layouts), optimum)
+    # Directions show one axis at a time, and each controller leads along one.
+    alone = replace(point, msa=Controllers(primitives=False, sub_goal="stop"))
+    np.testing.assert_array_equal(memoryless_steps(alone, layouts), optimum)
