@@ -29,7 +29,7 @@ quick: $(VENV)/.run
 	@echo "The page is outputs/quick/report/index.html"
 
 multiverse: $(VENV)/.run
-	$(BIN)/rl-design-space study=paper,multiverse
+	$(BIN)/rl-design-space study=paper,multiverse,claims_precise
 	$(BIN)/rl-design-report multiverse >/dev/null
 	$(BIN)/rl-design-report all >/dev/null
 	@echo "The page is outputs/report/index.html, with the multiverse of the claims"

@@ -85,7 +85,7 @@ class Statistic:
         periods, columns = ordered.shape
         total, numbers = _counted(weights)
         limits = (self.low - _TINY) * total, (self.low + _TINY) * total
-        reach = math.ceil(3 * math.sqrt(periods)) + 1
+        reach = math.ceil(2.25 * math.sqrt(periods)) + 1
         centre = int(self.low * periods)
         start, stop = max(0, centre - reach), min(periods, centre + reach)
         found = np.empty((len(weights), columns))

@@ -43,8 +43,12 @@ class ChosenPoints:
             ConfigError: no point has a parameter of such a name.
         """
         self.check(reading)
+        return self.only(allowing(self.points, reading))
+
+    def only(self, points: Iterable[Point]) -> Self:
+        """Return the same with some of the points alone."""
         runs = copy(self)  # with the results that are read already
-        runs.points = allowing(self.points, reading)
+        runs.points = list(points)
         return runs
 
     def where(self, where: Where) -> list[Point]:

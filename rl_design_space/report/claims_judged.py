@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 
 from rl_design_space.analysis.claims import Finding, Tested, judge
-from rl_design_space.analysis.parts import Data, Part
+from rl_design_space.analysis.parts import Part
 from rl_design_space.report.claims import BuiltClaim, Claim
+from rl_design_space.report.claims_points import RecordedPoints
 
 _NAN = float("nan")
 _CLAIM_COLUMNS = ["claim", "statement", "verdict", "value", "ci_low", "ci_high", "study", "what", "p"]
-_LATER_COLUMNS = [f"later_{name}" for name in ("verdict", "value", "ci_low", "ci_high", "what", "p")]
+_LATER_COLUMNS = [f"later_{name}" for name in ("verdict", "value", "ci_low", "ci_high", "what", "p", "periods")]
 _PART_COLUMNS = [
     "claim", "what", "value", "ci_low", "ci_high", "claimed_low", "claimed_high", "state", "verdict", "sign",
     "others_passing", "others", "near", "others_near", "remarks",
@@ -31,6 +32,7 @@ class Judged:
         missing: messages about points that are not recorded.
         later: the verdict that came later; None if the ledger has none.
         later_missing: messages about points that are not recorded, for the later verdict.
+        later_periods: numbers of periods that the later verdict rests on.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Judged:
     missing: Sequence[str] = ()
     later: Finding | None = None
     later_missing: Sequence[str] = ()
+    later_periods: Sequence[int] = ()
 
 
 class TestedParts:
@@ -47,16 +50,39 @@ class TestedParts:
     Args:
         parts: of each claim.
         data: the points.
+        larger: larger samples of the points; None if there are none.
+        claims: those that are tested on the larger samples, if all of their points have one.
     """
 
-    def __init__(self, parts: Mapping[str, Sequence[Part]], data: Data) -> None:
+    def __init__(
+        self,
+        parts: Mapping[str, Sequence[Part]],
+        data: RecordedPoints,
+        larger: RecordedPoints | None = None,
+        claims: Container[str] = (),
+    ) -> None:
         self.tested: dict[str, list[Tested]] = {}
         self.missing: dict[str, list[str]] = {}
+        #: Numbers of periods that each claim was tested on.
+        self.periods: dict[str, Sequence[int]] = {}
         for name, each in parts.items():
-            try:
-                self.tested[name], self.missing[name] = [part.test(data) for part in each], []
-            except LookupError as error:
-                self.tested[name], self.missing[name] = [], [str(error)]
+            if larger and name in claims and self._test(name, each, larger, one_by_one=True):
+                continue
+            self._test(name, each, data)
+
+    def _test(self, name: str, parts: Sequence[Part], data: RecordedPoints, one_by_one: bool = False) -> bool:
+        """Test the parts of a claim; return whether all of its points are there."""
+        data.periods.clear()
+        self.tested[name], self.missing[name] = [], []
+        try:
+            for part in parts:
+                self.tested[name].append(part.test(data))
+                if one_by_one:
+                    data.forget()
+        except LookupError as error:
+            self.tested[name], self.missing[name] = [], [str(error)]
+        self.periods[name] = sorted(data.periods) if self.tested[name] else []
+        return not self.missing[name]
 
 
 def registered_findings(claims: Mapping[str, BuiltClaim], tests: TestedParts) -> dict[str, Finding]:
@@ -80,7 +106,11 @@ def claims_frame(judged: Sequence[Judged]) -> pd.DataFrame:
         rows.append((each.name, each.claim.statement, verdict, *numbers, each.claim.study, what, p))
     frame = pd.DataFrame(rows, columns=_CLAIM_COLUMNS)
     if any(each.later for each in judged):
-        later = [_found(each.later, each.later_missing or _awaited(each)) for each in judged if each.later]
+        later = [
+            (*_found(each.later, each.later_missing or _awaited(each)), " to ".join(map(str, each.later_periods)))
+            for each in judged
+            if each.later
+        ]
         return pd.concat([frame, pd.DataFrame(later, columns=_LATER_COLUMNS)], axis=1)
     return frame
 

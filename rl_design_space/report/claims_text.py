@@ -24,7 +24,8 @@ _HOW_LATER = (
     "something else than the paper's words, or draw a wrong conclusion from the numbers; each claim's later criteria "
     "mend that, were written down before they were applied, and stand beside the registered ones instead of replacing "
     "them. A best value is compared with every other value of its grid on all periods, and a later verdict needs a "
-    "chance of error below 5 % after Holm's correction over all claims."
+    "chance of error below 5 % after Holm's correction over all claims. Claims that 500 periods left undecided have "
+    "more of them, if these are recorded; which ones and how many was fixed before they were run."
 )
 
 
@@ -57,7 +58,7 @@ def _counted(verdicts: pd.Series[str]) -> str:
 def _as_later(claims: pd.DataFrame) -> pd.DataFrame:
     """Return the claims with their later verdicts in the place of the registered ones."""
     later = {name: name.removeprefix("later_") for name in claims.columns if name.startswith("later_")}
-    return claims.drop(columns=list(later.values())).rename(columns=later)
+    return claims.drop(columns=list(later.values()), errors="ignore").rename(columns=later)
 
 
 def _placebo_lines(parts: pd.DataFrame, later_parts: pd.DataFrame) -> list[str]:
@@ -106,6 +107,7 @@ def _remarks(part: Mapping[Any, Any]) -> str:
 def _shown(claims: pd.DataFrame, parts: pd.DataFrame) -> pd.DataFrame:
     """Return the claims as texts, each with the part that its verdict depends on."""
     rows = []
+    of_later = "periods" in claims
     for each in claims.to_dict("records"):
         found = parts[(parts["claim"] == each["claim"]) & (parts["what"] == each["what"])].to_dict("records")
         numbers = ["", "", "", ""]
@@ -113,8 +115,10 @@ def _shown(claims: pd.DataFrame, parts: pd.DataFrame) -> pd.DataFrame:
             numbers = [each["what"], _number(found[0]), _interval(found[0]), _claimed(found[0])]
         plain = each["verdict"] == Verdict.REPRODUCED
         verdict = each["verdict"] if plain else f"**{each['verdict']}**"
-        rows.append([each["claim"], each["statement"], verdict, *numbers, each["study"]])
-    header = ["claim", "says", "verdict", "depends on", "value", "95 % interval", "claimed", "see"]
+        periods = [each["periods"]] if of_later else []
+        rows.append([each["claim"], each["statement"], verdict, *numbers, *periods, each["study"]])
+    more = ["periods"] if of_later else []
+    header = ["claim", "says", "verdict", "depends on", "value", "95 % interval", "claimed", *more, "see"]
     return pd.DataFrame(rows, columns=header)
 
 

@@ -120,6 +120,14 @@ def sample(point: Point) -> tuple[Hashable, int]:
     return others, int(point.parameters[PERIODS])
 
 
+def smallest(points: Iterable[Point]) -> list[Point]:
+    """Return points without those of which there is a smaller sample: equal in all but fewer periods."""
+    samples: dict[Hashable, list[Point]] = {}
+    for point in points:
+        samples.setdefault(sample(point)[0], []).append(point)
+    return [min(each, key=lambda point: sample(point)[1]) for each in samples.values()]
+
+
 def largest(points: Iterable[Point]) -> list[Point]:
     """Return points without those of which there is a larger sample: recorded, and equal in all but more periods."""
     samples: dict[Hashable, list[Point]] = {}

@@ -20,12 +20,11 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.published import compare_with_published
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
-from rl_design_space.plan.study import load_study
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import Line, colour_bar, colour_cells, hatch, write
+from rl_design_space.report.larger_samples import larger_samples
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, largest
 from rl_design_space.report.runs import Runs
@@ -72,24 +71,8 @@ class PublishedTable(Report):
     def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
         runs = Runs.of_study(study, reader)
         if self.larger_samples:
-            runs = runs.with_larger(*self._larger(study, reader))
+            runs = runs.with_larger(*larger_samples(self.larger_samples, study, reader))
         return self.write_runs(runs, folder / study.name)
-
-    def _larger(self, study: Study, reader: Reader) -> tuple[Runs, str]:
-        """Return the points with more periods, and the command that makes them.
-
-        There are none if they cannot be planned under the overrides of the study.
-
-        Raises:
-            ConfigError: there is no such study.
-        """
-        with shipped_config():
-            try:
-                larger = load_study(self.larger_samples, study.overrides)
-            except ConfigError:
-                load_study(self.larger_samples, ())
-                return Runs([], reader), ""
-        return Runs.of_study(larger, reader), larger.command
 
     def frames(self, runs: Runs) -> Frames:
         """Return the cells, see `analysis.published`; `planned` tells those that are points of the runs.
@@ -199,7 +182,7 @@ class PublishedTable(Report):
 def draw_published(
     cells: pd.DataFrame, title: str, labels: Mapping[str, str], source: str, heavy_tail: float
 ) -> Figure:
-    """Draw one heatmap for each panel: the measured value, and below it interval, published number and ratio.
+    """Draw one heatmap for each panel: the measured value, and below it interval, periods, published number and ratio.
 
     Args:
         cells: as `PublishedTable.frames` returns them; panel, row and column first.
@@ -248,10 +231,11 @@ def _write_cells(
         remark = "" if failures == 0 else f"failures {failures:.0%}" if failures >= 0.01 else "failures <1%"
         remark += " †" if cell["top_percent"] >= heavy_tail else ""
         lines: list[Line] = [
-            (0.24, f"{cell['measured']:,.0f}", {"fontsize": 13, "fontweight": "bold"}),
-            (0.44, interval(cell["ci_low"], cell["ci_high"], _WHOLE), {"fontsize": 8}),
-            (0.62, f"{source} {cell['paper']:,.0f}", {}),
-            (0.77, f"ratio {cell['ratio']:.2f}", {}),
-            (0.91, remark, {"fontsize": 8, "style": "italic"}),
+            (0.22, f"{cell['measured']:,.0f}", {"fontsize": 13, "fontweight": "bold"}),
+            (0.40, interval(cell["ci_low"], cell["ci_high"], _WHOLE), {"fontsize": 8}),
+            (0.53, f"{cell['periods']:,} periods", {"fontsize": 7}),
+            (0.67, f"{source} {cell['paper']:,.0f}", {}),
+            (0.80, f"ratio {cell['ratio']:.2f}", {}),
+            (0.92, remark, {"fontsize": 8, "style": "italic"}),
         ]
         write(axis, x, y, lines, inks[y][x])

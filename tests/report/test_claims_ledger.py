@@ -12,6 +12,7 @@ from rl_design_space.analysis.claims import Verdict
 from rl_design_space.config.build import build
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.plan import Plan
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_overrides
 from rl_design_space.report import ClaimsLedger
@@ -116,9 +117,14 @@ def test_every_claim_of_the_paper_is_in_the_ledger():
 
 def test_every_part_of_every_claim_finds_its_points():
     # With points so small that nothing can be said of the claims themselves.
+    few = ("task.trials=31", "task.max_steps=50")
     with shipped_config():
-        study = load_study("claims", ("task.periods=2", "task.trials=31", "task.max_steps=50"))
-    found = study.report().judged(Runs.of_study(study, LearningReader(study.plan)))
+        study = load_study("claims", ("task.periods=2", *few))
+        report = study.report()
+        more = load_study(report.larger_samples, ("task.periods=3", *few))
+    reader = LearningReader(Plan((*study.plan, *more.plan)))
+    found = report.judged(Runs.of_study(study, reader).with_larger(Runs.of_study(more, reader), "rl more"))
+    assert {each.name for each in found if each.later_periods == [3]} == set(report.on_larger_samples)
     assert {each.name: each.missing for each in found if each.missing} == {}
     assert {each.name: each.later_missing for each in found if each.later_missing} == {}
     assert {each.name for each in found if not each.finding.parts} == {"s4-a"}

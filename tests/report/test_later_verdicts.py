@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -14,6 +15,7 @@ from rl_design_space.analysis.parts import Part
 from rl_design_space.config.build import build
 from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
+from rl_design_space.plan.plan import Plan
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report import ClaimsLedger
@@ -88,6 +90,43 @@ def test_later_verdicts_stand_beside_the_registered_ones(study: Study, tmp_path:
         in text
     )
     assert "larger, later" in (tmp_path / "mine.svg").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def larger(study: Study) -> tuple[Study, LearningReader]:
+    """The same points with more periods, and a reader of both samples."""
+    with shipped_config():
+        planner = Planner()
+        sweep = ["task.periods=60", *SWEEP[1:]]
+        more = Study("more", (), planner.composer.config(()), plan_overrides(sweep, planner))
+    return more, LearningReader(Plan((*study.plan, *more.plan)))
+
+
+def test_later_verdicts_of_named_claims_rest_on_larger_samples_and_registered_ones_do_not(
+    study: Study, larger: tuple[Study, LearningReader]
+):
+    more, reader = larger
+    claims = {name: {"parts": [ratio(1.5)], "later": [ratio(1.5), best(4)]} for name in ("named", "other")}
+    mine = replace(ledger(**claims), on_larger_samples=("named",))
+    first = Runs.of_study(study, reader)
+    named, other = mine.judged(first.with_larger(Runs.of_study(more, reader), "rl more"))
+    assert (named.later_periods, other.later_periods) == ([60], [30])
+    assert named.finding == other.finding == mine.judged(first)[0].finding
+    assert named.later.decisive.value != other.later.decisive.value
+    assert claims_frame([named, other])["later_periods"].tolist() == ["60", "30"]
+    largest_world = next(planned for planned in more.plan if planned.parameters["world.size"] == 8)
+    reader.missing = [largest_world.fingerprint]
+    fallen_back, _ = mine.judged(first.with_larger(Runs.of_study(more, reader), "rl more"))
+    reader.missing = []
+    assert fallen_back.later_periods == [30]
+    assert fallen_back.later.decisive == other.later.decisive
+
+
+def test_a_claim_on_larger_samples_is_a_claim_of_the_ledger():
+    nodes = {"a": {"statement": "says a", "study": "mine", "parts": [ratio(1.5)]}}
+    values = {"title": "Claims", "common": {}, "claims": nodes, "on_larger_samples": ["b"]}
+    with pytest.raises(ConfigError, match="on_larger_samples"):
+        build("study.report", {"_target_": "rl_design_space.report.ClaimsLedger", **values})
 
 
 def test_a_ledger_without_later_criteria_has_no_later_verdicts(study: Study):

@@ -171,7 +171,7 @@ def test_files_and_missing_points(study: Study, tmp_path: Path):
 
     reader = MadeUpReader(study.plan, only_with_first_maximum, is_missing)
     paths = multiverse(**BEST_AND_SLOWER).write(study, reader, tmp_path)
-    extra = {"_claims.csv", "_factors.csv", "_joint.csv", "_curve.csv"}
+    extra = {"_claims.csv", "_factors.csv", "_joint.csv", "_curve.csv", "_near.csv"}
     pictures = {f"{name}.{suffix}" for name in ("", "-fig3-a", "-fig2-b") for suffix in ("png", "svg")}
     assert {path.name.removeprefix("made") for path in paths} == {".csv", ".md", *extra, *pictures}
     specifications = pd.read_csv(tmp_path / "made.csv")
