@@ -7,17 +7,16 @@ from rich.columns import Columns
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from rl_design_space.design import MOVES
 from rl_design_space.report.inside.grid import Grid
 from rl_design_space.report.inside.picture import VALUES, told, value_norm
 from rl_design_space.report.inside.watched import Watched
 
-#: Right, left, above, below.
-_ARROWS = "→←↑↓"
+#: Right, left, above, below, and to wait.
+_ARROWS = "→←↑↓○"
 _MANY, _UNKNOWN, _OBSTACLE, _PATH = "+", "·", "█", "•"
 _LEGEND = (
-    f"arrows: greedy actions, {_MANY} several equal ones, {_UNKNOWN} never learned; {_PATH} on the path of the trial; "
-    "S start, 1 2 … goals; red below zero, blue above"
+    f"arrows: greedy actions, {_MANY} several equal ones, ○ one that waits, {_UNKNOWN} never learned; "
+    f"{_PATH} on the path of the trial; S start, 1 2 … goals; red below zero, blue above"
 )
 
 
@@ -51,14 +50,14 @@ def _grid(watched: Watched, goal: int, norm: Normalize, colours: Colormap = VALU
         elif cell in places:
             mark = places[cell][-1]
         else:
-            mark = _mark(snapshot.greedy[goal, cell].nonzero()[0].tolist()) if learned else _UNKNOWN
+            mark = _mark(inside.made[snapshot.greedy[goal, cell], goal, cell].tolist()) if learned else _UNKNOWN
         text.append(mark + (_PATH if cell in on_path else " "), style=style)
         if cell % grid.width == grid.width - 1:
             text.append("\n")
     return text
 
 
-def _mark(actions: list[int]) -> str:
-    """Return an arrow for greedy actions in one direction."""
-    directions = {action % len(MOVES) for action in actions}
-    return _ARROWS[directions.pop()] if len(directions) == 1 else _MANY
+def _mark(steps: list[int]) -> str:
+    """Return an arrow for the steps of the greedy actions, if they are the same."""
+    different = set(steps)
+    return _ARROWS[different.pop()] if len(different) == 1 else _MANY

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import MOVES, Behaviour, DesignPoint
+from rl_design_space.design import Behaviour, DesignPoint
 from rl_design_space.learning.compiled import compiled, compiled_and_kept
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.tables import Tables, behaviour_of, learning_tables, observation_codes
@@ -63,36 +63,35 @@ class Memoryless:
         return self.bound <= self.max_steps
 
 
-def decisions(tables: Tables, goals: NDArray[np.int32], behaviour: Behaviour | None = None) -> Decisions:
+def decisions(tables: Tables, behaviour: Behaviour, goals: NDArray[np.int32]) -> Decisions:
     """Return the graph of a layout.
 
     Args:
         tables: of the design point.
+        behaviour: what the actions do in this layout, by action, success counter and cell.
         goals: (n_goals,) cells.
-        behaviour: what the actions do in this layout; None if they only repeat steps.
     """
     n_goals, cells = len(goals), tables.next_cell.shape[1]
     states = n_goals * cells
-    # The last row is to wait.
-    next_cell = np.vstack([tables.next_cell, np.arange(cells, dtype=np.int32)])
+    waiting = np.arange(cells, dtype=tables.next_cell.dtype)[np.newaxis]
+    next_cell = np.concatenate([tables.next_cell, waiting])
     following = np.full((len(tables.limits), states + 1), states, dtype=np.int32)
     steps = np.zeros_like(following)
     for action, limit in enumerate(tables.limits):
         counter, cell = np.divmod(np.arange(states), cells)
-        state = np.arange(states)
+        began = counter, cell
         made = np.zeros(states, dtype=np.int32)
         going = np.ones(states, dtype=np.bool_)
-        for _ in range(limit):
-            step = action % len(MOVES) if behaviour is None else behaviour.steps[action].ravel()[state]
-            cell = np.where(going, next_cell[step, cell], cell)
-            reached = going & (cell == goals[np.minimum(counter, n_goals - 1)])
+        for _ in range(min(limit, tables.rules.max_steps)):
+            seen = np.minimum(counter, n_goals - 1)
+            cell = np.where(going, next_cell[behaviour.steps[action, seen, cell], cell], cell)
+            reached = going & (cell == goals[seen])
             counter, made = counter + reached, made + going
+            seen = np.minimum(counter, n_goals - 1)
             going &= (counter < n_goals) & ~(reached & tables.rules.stop_at_sub_goal)
-            state = np.minimum(counter, n_goals - 1) * cells + cell
-            if behaviour is not None:
-                going &= ~behaviour.stops[action].ravel()[state]
-                if behaviour.marks is not None:
-                    going &= behaviour.marks.ravel()[state] == behaviour.marks.ravel()
+            going &= ~behaviour.stops[action, seen, cell]
+            if behaviour.marks is not None:
+                going &= behaviour.marks[seen, cell] == behaviour.marks[began]
             if not going.any():
                 break
         following[action, :states] = np.where(counter < n_goals, counter * cells + cell, states)
@@ -101,26 +100,29 @@ def decisions(tables: Tables, goals: NDArray[np.int32], behaviour: Behaviour | N
 
 
 def best_memoryless(
+    point: DesignPoint,
     tables: Tables,
     layout: NDArray[np.int32],
-    row: NDArray[np.int32],
+    codes: NDArray[np.int64],
     nodes: int = NODES,
-    behaviour: Behaviour | None = None,
 ) -> Memoryless:
     """Search the best deterministic memoryless policy of a layout.
 
     Args:
-        tables: of the design point.
+        point: the design point.
+        tables: of the point.
         layout: (1 + n_goals,) start and goals.
-        row: (n_goals, cells) number of the observation in each state.
+        codes: (n_goals, cells) observation code in each state.
         nodes: assignments that the search tries for each of its parts.
-        behaviour: what the actions do in this layout; None if they only repeat steps.
     """
-    start, goals, cells, cap = int(layout[0]), layout[1:], row.shape[1], tables.rules.max_steps
-    graph = decisions(tables, goals, behaviour)
+    start, goals, cells, cap = int(layout[0]), layout[1:], codes.shape[1], tables.rules.max_steps
+    steps, stops, marks = behaviour_of(point, goals[np.newaxis], codes[np.newaxis])
+    behaviour = Behaviour(steps[:, 0], stops[:, 0], None if marks is None else marks[0])
+    graph = decisions(tables, behaviour, goals)
+    row = _rows(codes)
     rows = np.append(row.ravel(), row.max() + 1).astype(np.int32)
+    one_step = all(limit == 1 for limit in tables.limits)
     # Where an action may pass a goal, the next counter begins in different cells, and nothing is independent.
-    one_step = max(tables.limits) == 1
     divisible = one_step or tables.rules.stop_at_sub_goal
     ends = _ends(row) if divisible else [len(goals) - 1]
     found, bound, first = 0, 0, 0
@@ -128,9 +130,9 @@ def best_memoryless(
     for last in ends:
         origin = first * cells + (start if first == 0 else int(goals[first - 1]))
         target = (last + 1) * cells + int(goals[last]) if last + 1 < len(goals) else len(goals) * cells
-        steps, least = _search(*graph, rows, origin, target, cap, nodes, one_step)
-        complete &= steps >= 0
-        found, bound, first = found + steps, bound + least, last + 1
+        needed, least = _search(*graph, rows, origin, target, cap, nodes, one_step)
+        complete &= needed >= 0
+        found, bound, first = found + needed, bound + least, last + 1
     return Memoryless(found if complete and found <= cap else None, min(bound, cap + 1), cap)
 
 
@@ -147,28 +149,20 @@ def memoryless_steps(point: DesignPoint, layouts: NDArray[np.int32]) -> FloatArr
     for first in range(0, len(layouts), _AT_A_TIME):
         part = slice(first, first + _AT_A_TIME)
         for number, codes in enumerate(observation_codes(point, layouts[part, 1:]), first):
-            row = np.unique(codes, return_inverse=True)[1].reshape(codes.shape).astype(np.int32)
-            if (
-                point.msa.primitives
-                and all(len(np.unique(each)) == len(each) for each in row)
-                and len(_ends(row)) == len(row)
-            ):
-                # No two states of a counter look the same: whatever is on a shortest tour is on it once.
+            if point.msa.primitives and len(np.unique(codes)) == codes.size:
+                # No two states look the same, and all steps can be chosen: the policy can be any.
                 found[number] = optimum[number]
                 continue
-            best = best_memoryless(
-                tables, layouts[number], row, behaviour=_behaviour(point, layouts[number, 1:], codes)
-            )
+            best = best_memoryless(point, tables, layouts[number], codes)
             if best.is_exact and best.steps is not None:
                 found[number] = best.steps
     return found
 
 
-def _behaviour(point: DesignPoint, goals: NDArray[np.int32], codes: NDArray[np.int64]) -> Behaviour | None:
-    """Return what the actions do in one layout; None if they only repeat steps."""
-    if point.msa.repeats:
-        return None
-    return behaviour_of(point, goals, codes)
+def _rows(codes: NDArray[np.int64]) -> NDArray[np.int32]:
+    """Return numbers of observations, from 0."""
+    numbers: NDArray[np.int32] = np.unique(codes, return_inverse=True)[1].reshape(codes.shape).astype(np.int32)
+    return numbers
 
 
 def _ends(row: NDArray[np.int32]) -> list[int]:

@@ -79,7 +79,7 @@ def examined(runs: Runs, point: Point, share: float, most: int) -> Examined:
                 f"run {run_id}: its steps are not those that this version learns, so they cannot be looked into; "
                 f"`rl-design-space store forget {run_id}` has its point learned anew by the next sweep"
             )
-        best = best_memoryless(replayer.tables, inside.layout, inside.row)
+        best = best_memoryless(replayer.point, replayer.tables, inside.layout, inside.codes)
         of_period = [_of_trial(inside, trial, result.epsilon) for trial in np.flatnonzero(failed[period]).tolist()]
         periods.append(_of_period(inside, best, float(total[period]), of_period))
         trials += of_period

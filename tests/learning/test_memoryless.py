@@ -61,14 +61,14 @@ def test_no_policy_is_better(codes, layout, msa, stop, cap, world):
         world=world, task=Task(goals=2, max_steps=cap), msa=MultiStepActions(lengths=msa, sub_goal=stop)
     )
     tables = learning_tables(point)
-    row = np.unique(codes, return_inverse=True)[1].reshape(2, 10).astype(np.int32)
+    row = np.unique(codes, return_inverse=True)[1].reshape(2, 10)
     policies = product(range(len(tables.limits)), repeat=int(row.max()) + 1)
     known = [steps for policy in policies if (steps := steps_of(tables, layout, row, policy)) is not None]
-    found = best_memoryless(tables, layout, row)
+    found = best_memoryless(point, tables, layout, row)
     assert found.is_exact
     assert found.steps == min(known, default=None)
     assert found.is_possible == bool(known)
-    rough = best_memoryless(tables, layout, row, nodes=1)
+    rough = best_memoryless(point, tables, layout, row, nodes=1)
     assert rough.bound <= found.bound
     assert rough.steps is None or rough.steps >= (found.steps or 0)
 
@@ -83,10 +83,10 @@ def test_the_optimum_can_be_represented_by_all_options(representation: Represent
 
 def test_an_agent_that_sees_nothing_may_have_no_policy():
     point = DesignPoint(world=Walled(size=4), task=Task(goals=1))
-    blind = np.zeros((1, 16), dtype=np.int32)
+    blind, tables = np.zeros((1, 16), dtype=np.int64), learning_tables(point)
     aligned, diagonal = np.array([0, 3], dtype=np.int32), np.array([0, 5], dtype=np.int32)
-    assert best_memoryless(learning_tables(point), aligned, blind).steps == 3
-    never = best_memoryless(learning_tables(point), diagonal, blind)
+    assert best_memoryless(point, tables, aligned, blind).steps == 3
+    never = best_memoryless(point, tables, diagonal, blind)
     assert (never.steps, never.is_possible, never.is_exact) == (None, False, True)
 
 
@@ -95,8 +95,7 @@ def test_a_search_that_is_given_up_leaves_a_bound():
     point = replace(point, msa=MultiStepActions(lengths=(3,)))
     (layout,) = layouts_of(replace(point, task=replace(point.task, periods=1)))
     codes = point.representation.observation(point.world, layout[1:])
-    row = np.unique(codes, return_inverse=True)[1].reshape(codes.shape).astype(np.int32)
-    given_up = best_memoryless(learning_tables(point), layout, row, nodes=0)
+    given_up = best_memoryless(point, learning_tables(point), layout, codes, nodes=0)
     assert (given_up.steps, given_up.is_exact, given_up.is_possible) == (None, False, True)
     assert given_up.bound == shortest_tours(point.world.next_cell(), layout[np.newaxis])[0]
 
