@@ -7,12 +7,14 @@ package offers every public class and function that the modules below define.
 # ruff: noqa: F403, F405
 from typing import TYPE_CHECKING
 
+from rl_design_space.design.curriculum import *
 from rl_design_space.design.exploration import *
 from rl_design_space.design.learner import *
 from rl_design_space.design.msa import *
 from rl_design_space.design.point import *
 from rl_design_space.design.representation import *
 from rl_design_space.design.reward import *
+from rl_design_space.design.stage import *
 from rl_design_space.design.task import *
 from rl_design_space.design.world import *
 

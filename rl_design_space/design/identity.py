@@ -31,3 +31,8 @@ def is_shipped(kind: type) -> bool:
 def full_name(kind: type) -> str:
     """Return the name of a class for messages; classes of other packages are named with their module."""
     return kind.__qualname__ if is_shipped(kind) else f"{kind.__module__}.{kind.__qualname__}"
+
+
+def function_name(function: Any) -> str:
+    """Return module and name of a function, as it is written in configs."""
+    return f"{function.__module__}.{function.__qualname__}"

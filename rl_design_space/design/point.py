@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.design.curriculum import Curriculum, Stages, stages_of
 from rl_design_space.design.exploration import Constant, Exploration
+from rl_design_space.design.identity import absent_as
 from rl_design_space.design.learner import QLearning
 from rl_design_space.design.msa import MultiStepActions
 from rl_design_space.design.representation import AdHoc, Representation
@@ -54,6 +57,7 @@ class DesignPoint:
         msa: multi-step actions beside the primitive actions.
         reward: rewards of steps and goals.
         learner: learning rule and its parameters.
+        curriculum: stages of a period that differ in something and share one Q-matrix.
 
     Raises:
         pydantic.ValidationError: a choice is of the wrong kind, or the goals do not fit the world.
@@ -67,6 +71,7 @@ class DesignPoint:
     msa: MultiStepActions = MultiStepActions()
     reward: Annotated[Reward, _Built] = GoalReward()
     learner: QLearning = QLearning()
+    curriculum: Annotated[Curriculum, _Built] = field(default=Stages(), metadata=absent_as(Stages()))
 
     @model_validator(mode="after")
     def _goals_fit_the_world(self) -> DesignPoint:
@@ -82,6 +87,11 @@ class DesignPoint:
                 f"task.goals={self.task.goals}: with {cells} cells and these actions a period may need a Q-matrix of "
                 f"{values} values; at most {_MOST_VALUES} can be learned"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _stages_fit_each_other(self) -> DesignPoint:
+        stages_of(self)
         return self
 
     if TYPE_CHECKING:

@@ -20,6 +20,9 @@ from rl_design_space.errors import ConfigError
 
 _LARGEST_CODE = int(np.iinfo(np.int64).max)
 
+#: More than any world has cells along a side.
+_SIDES = 2**20
+
 #: Goals that an observation covers: those not yet reached, or all of them, as Table 2 counts them.
 _ObservedGoals = Literal["all", "remaining"]
 
@@ -52,6 +55,15 @@ class SizedRepresentation(Representation, Protocol):
 
     def spanned_size(self, world: World, n_goals: int) -> int:
         """Return the number of codes that `observation` can return; the largest code is one less."""
+        ...
+
+
+@runtime_checkable
+class PortableRepresentation(Representation, Protocol):
+    """A representation that numbers equal observations differently in other worlds, and can do without."""
+
+    def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        """Return codes as `observation` does, which mean the same in every world: what stages carry values by."""
         ...
 
 
@@ -111,6 +123,12 @@ class AdHoc:
         codes = np.arange(n_goals * cells, dtype=np.int64).reshape(n_goals, cells)
         return np.broadcast_to(codes, (*goals.shape[:-1], n_goals, cells))
 
+    def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        n_goals = goals.shape[-1]
+        y, x = np.divmod(np.arange(cell_count(world), dtype=np.int64), world.shape[0])
+        codes = (np.arange(n_goals, dtype=np.int64)[:, np.newaxis] * _SIDES + y) * _SIDES + x
+        return np.broadcast_to(codes, (*goals.shape[:-1], n_goals, cell_count(world)))
+
     def published_size(self, world: World, n_goals: int) -> int:
         return cell_count(world) * n_goals
 
@@ -132,8 +150,10 @@ class Distance:
     goals: _ObservedGoals = "remaining"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
-        x, y = world.offset(goals)
-        return encode(np.abs(x) + np.abs(y), self._values(world), self.goals)
+        return self._encoded(world, goals, self._values(world))
+
+    def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        return self._encoded(world, goals, _largest_base(goals.shape[-1]))
 
     def published_size(self, world: World, n_goals: int) -> int:
         width, height = world.shape
@@ -142,9 +162,19 @@ class Distance:
     def spanned_size(self, world: World, n_goals: int) -> int:
         return int(self._values(world) ** n_goals * n_goals)
 
+    def _encoded(self, world: World, goals: IntArray, base: int) -> NDArray[np.int64]:
+        x, y = world.offset(goals)
+        return encode(np.abs(x) + np.abs(y), base, self.goals)
+
     @staticmethod
     def _values(world: World) -> int:
         return sum(world.reach) + 1
+
+
+def _largest_base(n_goals: int) -> int:
+    """Return the largest base whose codes of this many digits fit 63 bits."""
+    base = int((_LARGEST_CODE / n_goals) ** (1 / n_goals))
+    return next(each for each in range(base + 1, 0, -1) if each**n_goals * n_goals <= _LARGEST_CODE)
 
 
 #: Digits of directions, one byte each, because a simulation creates millions of them.

@@ -141,7 +141,7 @@ def learn(
                 start = index(layout[period, 0])
                 begin_trial(numbers, values, q, entries, lane, trial + 1, start, threshold, observations, lengths)
             else:
-                end_period(numbers, q, index(lane), observations, n_actions, rules.initial_q, rows, period)
+                end_period(lanes, index(lane), n_actions, rules.initial_q, rows, period)
                 # The last lane replaces it; in this loop it was processed before.
                 running -= 1
                 swap(numbers, values, lane, running)

@@ -17,10 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.learning.numbering import slot_count
 
 #: Maximum number of lanes: enough to hide all latencies, few enough that the Q-matrices stay in the cache. Not a power
 #: of two, so that the columns do not compete for the same cache sets.
 LANES = 24
+#: Maximum bytes of the Q-matrices of all lanes of a thread, so that they stay in the cache of the processor; number of
+#: lanes that are used even if they exceed it, because fewer would not hide latencies; maximum bytes for those.
+_CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
 #: Number of lanes that are rounded up to for vector instructions; up to `FEW` lanes are faster without them.
 WIDTH, FEW = 8, 4
 
@@ -70,6 +74,9 @@ class Lanes(NamedTuple):
         passed: (1 + longest action, LANES) uint64, offsets of the rows that a multi-step action has passed.
         rewards: (longest action, LANES) float64, rewards of its steps.
         known_codes, known_rows: int64 and int32, a hash table from observation codes to rows.
+        kept: (periods, n_goals · cells · n_actions) float64, the Q-matrices that periods begin with and, after they have
+            ended, end with, see `StagedLearning`. Without any, all values begin as `initial_q`.
+        states: (periods, 4) uint64, of as many periods: the state of the random generator at their end.
     """
 
     running: NDArray[np.int64]
@@ -82,6 +89,8 @@ class Lanes(NamedTuple):
     rewards: FloatArray
     known_codes: NDArray[np.int64]
     known_rows: NDArray[np.int32]
+    kept: FloatArray
+    states: NDArray[np.uint64]
 
 
 def _aligned(shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray[Any]:
@@ -92,19 +101,32 @@ def _aligned(shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray[Any]:
     return buffer[first : first + size].view(dtype).reshape(shape)
 
 
-def empty_lanes(lanes: int, observations: int, lengths: tuple[int, ...]) -> Lanes:
+def side_by_side(periods: int, threads: int, bytes_each: int) -> int:
+    """Return the number of lanes of each thread."""
+    cached = min(LANES, _CACHED_BYTES // bytes_each)
+    lanes = max(_ENOUGH_LANES, cached - cached % WIDTH)
+    return max(1, min(lanes, _LARGEST_BYTES // bytes_each, -(-periods // threads)))
+
+
+def empty_lanes(
+    lanes: int,
+    observations: int,
+    lengths: tuple[int, ...],
+    kept: FloatArray | None = None,
+    states: NDArray[np.uint64] | None = None,
+) -> Lanes:
     """Return lanes of which none is running.
 
     Args:
         lanes: number of lanes, at most `LANES`.
         observations: n_goals · cells, of a period.
         lengths: steps of the actions of each length.
+        kept, states: see `Lanes`; none if they are not given.
     """
     numbers = _aligned((COLUMNS * LANES,), np.uint64)
     numbers[int(HOME) : int(HOME) + LANES] = np.arange(LANES)
     n_actions, longest = 4 * len(lengths), max(lengths)
-    # At least half empty, so that a look-up takes few probes.
-    slots = 1 << (2 * observations - 1).bit_length()
+    slots = slot_count(observations)
     return Lanes(
         running=np.zeros(1, dtype=np.int64),
         numbers=numbers,
@@ -116,4 +138,6 @@ def empty_lanes(lanes: int, observations: int, lengths: tuple[int, ...]) -> Lane
         rewards=np.empty((longest, LANES)),
         known_codes=np.empty(slots, dtype=np.int64),
         known_rows=np.empty(slots, dtype=np.int32),
+        kept=np.empty((0, 0)) if kept is None else kept,
+        states=np.empty((0, 4), dtype=np.uint64) if states is None else states,
     )

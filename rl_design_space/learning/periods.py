@@ -23,6 +23,7 @@ from rl_design_space.learning.lanes import (
     index,
 )
 from rl_design_space.learning.moving import see
+from rl_design_space.learning.numbering import bits_of, slot_of
 
 
 @compiled
@@ -32,18 +33,12 @@ def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
     At most n_goals · cells observations occur in a period, however many codes there are. Rows are numbered in the order
     in which the codes first occur.
     """
-    mask = len(known_rows) - 1
-    bits = 0
-    while mask >> bits:
-        bits += 1
+    bits = bits_of(known_rows)
     known_rows[:] = -1
     n_rows = 0
     for at in range(len(codes)):
         code = codes[at]
-        # Consecutive codes get consecutive slots.
-        slot = (code + (code >> bits) * 0x9E3779B1) & mask
-        while known_rows[slot] >= 0 and known_codes[slot] != code:
-            slot = (slot + 1) & mask
+        slot = slot_of(code, known_codes, known_rows, bits)
         if known_rows[slot] < 0:
             known_rows[slot] = n_rows
             known_codes[slot] = code
@@ -67,28 +62,37 @@ def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
 
 @compiled
 def begin_period(lanes, lane, period, codes, layout, state, n_actions, initial_q, rows):
-    """Begin a period in a lane, with a new Q-matrix."""
+    """Begin a period in a lane, with a new Q-matrix, or with the one that is kept for it."""
     home = np.int64(lanes.numbers[HOME + lane])
     first = home * lanes.q.shape[1]
     n_rows = _enter(codes, layout, first, n_actions, lanes.entries[home], lanes.known_codes, lanes.known_rows)
     rows[period, 0] = n_rows
-    lanes.q[home, : n_rows * n_actions] = initial_q
+    if len(lanes.kept):
+        lanes.q[home, : n_rows * n_actions] = lanes.kept[period, : n_rows * n_actions]
+    else:
+        lanes.q[home, : n_rows * n_actions] = initial_q
     lanes.numbers[PERIOD + lane] = period
     for word in range(4):
         lanes.numbers[S0 + index(word * LANES) + lane] = state[word]
 
 
 @compiled
-def end_period(numbers, q, lane, observations, n_actions, initial_q, rows, period):
-    """Count the rows of a lane's Q-matrix whose values learning has changed."""
-    first = np.int64(numbers[HOME + lane] * observations) * n_actions
+def end_period(lanes, lane, n_actions, initial_q, rows, period):
+    """Count the rows of a lane's Q-matrix whose values learning has changed; keep it for the next stage, if any."""
+    q = lanes.q[np.int64(lanes.numbers[HOME + lane])]
+    is_kept = len(lanes.kept) > 0
     learned = 0
     for row in range(rows[period, 0]):
-        for action in range(n_actions):
-            if q[first + row * n_actions + action] != initial_q:
-                learned += 1
-                break
+        changed = False
+        for at in range(row * n_actions, (row + 1) * n_actions):
+            changed |= q[at] != (lanes.kept[period, at] if is_kept else initial_q)
+            if is_kept:
+                lanes.kept[period, at] = q[at]
+        learned += changed
     rows[period, 1] = learned
+    if is_kept:
+        for word in range(4):
+            lanes.states[period, word] = lanes.numbers[S0 + index(word * LANES) + lane]
 
 
 @compiled

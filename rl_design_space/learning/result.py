@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.learning.archive import read_arrays, write_arrays
 from rl_design_space.learning.measures import FINAL_TRIALS, MEASURES, SCALARS, scaled_to_equal_steps
+from rl_design_space.learning.stage_record import StageRecord
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,6 +42,8 @@ class LearningCurves:
         seconds: wall time of learning; NaN if it is not known.
         known_point: see `point`; None where the components of the point cannot be built.
         known_side: see `side`; None where the point tells it.
+        stages: the stages of periods that have several, with their trials one after the other; `optimum` and `rows` are
+            then those of the last one.
     """
 
     steps: NDArray[np.int32]
@@ -51,6 +54,7 @@ class LearningCurves:
     seconds: float = math.nan
     known_point: DesignPoint | None = None
     known_side: float | None = None
+    stages: tuple[StageRecord, ...] = ()
 
     @property
     def point(self) -> DesignPoint:

@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-from collections import deque
 from concurrent.futures import ThreadPoolExecutor
-from threading import Lock
-from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.design import DesignPoint, cell_count, stages_of
 from rl_design_space.learning.checked import observation_codes
 from rl_design_space.learning.cores import available_threads
+from rl_design_space.learning.joint import JointLearning
 from rl_design_space.learning.kernel import learn
-from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes
+from rl_design_space.learning.lanes import Lanes, empty_lanes, side_by_side
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.learning.stages import StagedLearning
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
 
 #: Observation codes computed at a time per thread: few enough to stay in the cache, enough to make up for the call.
 _CODES_IN_FLIGHT = 24_000
-#: Maximum bytes of the Q-matrices of all lanes of a thread, so that they stay in the cache of the processor; number of
-#: lanes that are used even if they exceed it, because fewer would not hide latencies; maximum bytes for those.
-_CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
 
 
 def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
@@ -41,7 +37,7 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
             need more memory than there is.
     """
     threads = threads or available_threads()
-    learning = Learning(point, threads)
+    learning = learning_of(point, threads)
     with ThreadPoolExecutor(threads) as pool:
         for _ in range(threads - 1):
             pool.submit(learning.work)
@@ -53,8 +49,23 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
     return learning.curves()
 
 
-class Learning:
-    """The learning of one design point, which threads can join while periods are left to begin.
+def learning_of(point: DesignPoint, threads: int = 1) -> JointLearning:
+    """Return the learning of a design point, which several threads can join.
+
+    Args:
+        point: the design point.
+        threads: expected number of threads. The result depends neither on it nor on the actual number.
+
+    Raises:
+        ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
+            need more memory than there is.
+    """
+    stages = stages_of(point)
+    return StagedLearning(point, stages, threads) if stages else Learning(point, threads)
+
+
+class Learning(JointLearning):
+    """The learning of a design point whose periods have one stage.
 
     Args:
         point: the design point.
@@ -66,6 +77,7 @@ class Learning:
     """
 
     def __init__(self, point: DesignPoint, threads: int = 1) -> None:
+        super().__init__()
         task, cells = point.task, cell_count(point.world)
         check_memory(task)
         self._point = point
@@ -77,49 +89,11 @@ class Learning:
         self._success = np.empty((task.periods, task.trials), dtype=np.bool_)
         self._rows = np.empty((task.periods, 2), dtype=np.int32)
         self._observations, n_actions = task.goals * cells, 4 * len(self._tables.lengths)
-        self._lanes = _side_by_side(task.periods, threads, bytes_each=8 * self._observations * n_actions)
-        self._shares = deque(_shares(task.periods, threads, self._lanes, self._observations))
+        self._lanes = side_by_side(task.periods, threads, bytes_each=8 * self._observations * n_actions)
         self._nothing = np.empty((0, task.goals, cells), dtype=np.int64)
-        self._lock = Lock()
-        self._working = 0
-        self._error: BaseException | None = None
         # Without periods: this compiles, or loads compiled code, outside the measured time.
         self._learn(self._nothing, 0, empty_lanes(1, self._observations, self._tables.lengths), drain=True)
-        self._started = self._ended = perf_counter()
-
-    @property
-    def has_work(self) -> bool:
-        """Whether periods are left to begin."""
-        return bool(self._shares)
-
-    def work(self) -> bool:
-        """Learn, together with all other threads that call this, until no period is left to begin.
-
-        Returns:
-            Whether this call has completed the learning: True once, for the last thread that ends.
-        """
-        with self._lock:
-            if not self._shares:
-                return False
-            self._working += 1
-        try:
-            self._work()
-        except BaseException as error:
-            self._error = self._error or error
-            self._shares.clear()
-            if not isinstance(error, Exception):
-                raise
-        finally:
-            with self._lock:
-                self._working -= 1
-                last = not self._working and not self._shares
-                self._ended = perf_counter()
-        return last
-
-    def stop(self) -> None:
-        """Begin no more periods, so that all threads end soon."""
-        self._error = self._error or RuntimeError("learning was stopped")
-        self._shares.clear()
+        self.begin(_shares(task.periods, threads, self._lanes, self._observations))
 
     def curves(self) -> LearningCurves:
         """Return the result, after the learning is complete.
@@ -127,9 +101,7 @@ class Learning:
         Raises:
             Exception: the error that stopped the learning.
         """
-        if self._error:
-            raise self._error
-        seconds = self._ended - self._started
+        seconds = self.seconds()
         return LearningCurves(
             self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds, self._point
         )
@@ -137,7 +109,7 @@ class Learning:
     def _work(self) -> None:
         """Learn shares until none is left; their periods overlap, so that no lane is idle in between."""
         lanes = empty_lanes(self._lanes, self._observations, self._tables.lengths)
-        while (share := _next(self._shares)) is not None:
+        while (share := self.next_share()) is not None:
             self._learn(observation_codes(self._point, self._layouts[share, 1:]), share.start, lanes, drain=False)
         self._learn(self._nothing, 0, lanes, drain=True)
 
@@ -147,21 +119,6 @@ class Learning:
             tables.next_cell, tables.lengths, tables.threshold, tables.rules, codes, first, self._layouts,
             self._generator, lanes, drain, self._steps, self._success, self._rows,
         )  # fmt: skip
-
-
-def _next(shares: deque[slice]) -> slice | None:
-    """Take a share; None if there is none. Checking first would let another thread take it in between."""
-    try:
-        return shares.popleft()
-    except IndexError:
-        return None
-
-
-def _side_by_side(periods: int, threads: int, bytes_each: int) -> int:
-    """Return the number of lanes of each thread."""
-    cached = min(LANES, _CACHED_BYTES // bytes_each)
-    lanes = max(_ENOUGH_LANES, cached - cached % WIDTH)
-    return max(1, min(lanes, _LARGEST_BYTES // bytes_each, -(-periods // threads)))
 
 
 def _shares(periods: int, threads: int, side_by_side: int, codes_each: int) -> list[slice]:

@@ -15,7 +15,7 @@ from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.run.executor import PointResult
 
 if TYPE_CHECKING:
-    from rl_design_space.learning.simulation import Learning
+    from rl_design_space.learning.joint import JointLearning
 
 #: Seconds between two checks whether a point that is about to start has work for a second thread.
 _HELP_INTERVAL = 0.002
@@ -78,7 +78,7 @@ class _SharedWork:
         self._points = points
         self._threads = threads
         self._poll = poll
-        self._in_progress: dict[Learning, PlannedPoint] = {}
+        self._in_progress: dict[JointLearning, PlannedPoint] = {}
         #: Number of points that were taken but are not in `_in_progress` yet; they may soon have work for a helper.
         self._starting = 0
         self._taking, self._changing = Lock(), Lock()
@@ -115,10 +115,10 @@ class _SharedWork:
             return planned
 
     def _learn(self, planned: PlannedPoint) -> None:
-        from rl_design_space.learning.simulation import Learning
+        from rl_design_space.learning.simulation import learning_of
 
         try:
-            learning = Learning(planned.point, self._threads)
+            learning = learning_of(planned.point, self._threads)
         except Exception as error:
             self._put((planned, error))
             return
@@ -138,7 +138,7 @@ class _SharedWork:
             self._join(*found)
         return found is not None
 
-    def _join(self, learning: Learning, planned: PlannedPoint) -> None:
+    def _join(self, learning: JointLearning, planned: PlannedPoint) -> None:
         """Work on a point; the thread that finishes it puts its result."""
         if not learning.work():
             return

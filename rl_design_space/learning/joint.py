@@ -1,0 +1,99 @@
+"""Learning that several threads can join."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Iterable
+from threading import Lock
+from time import perf_counter
+
+from rl_design_space.learning.result import LearningCurves
+
+
+class JointLearning(ABC):
+    """The learning of one design point, which threads can join while periods are left to begin."""
+
+    def __init__(self) -> None:
+        self._shares: deque[slice] = deque()
+        self._lock = Lock()
+        self._working = 0
+        self._error: BaseException | None = None
+        self._started = self._ended = perf_counter()
+
+    def begin(self, shares: Iterable[slice]) -> None:
+        """Begin, when all is prepared.
+
+        Args:
+            shares: the periods, as threads take them.
+        """
+        self._shares.extend(shares)
+        self._started = self._ended = perf_counter()
+
+    @property
+    def has_work(self) -> bool:
+        """Whether periods are left to begin."""
+        return bool(self._shares)
+
+    def work(self) -> bool:
+        """Learn, together with all other threads that call this, until no period is left to begin.
+
+        Returns:
+            Whether this call has completed the learning: True once, for the last thread that ends.
+        """
+        with self._lock:
+            if not self._shares:
+                return False
+            self._working += 1
+        try:
+            self._work()
+        except BaseException as error:
+            self._error = self._error or error
+            self._shares.clear()
+            if not isinstance(error, Exception):
+                raise
+        finally:
+            with self._lock:
+                self._working -= 1
+                last = not self._working and not self._shares
+                self._ended = perf_counter()
+        return last
+
+    def stop(self) -> None:
+        """Begin no more periods, so that all threads end soon."""
+        self._error = self._error or RuntimeError("learning was stopped")
+        self._shares.clear()
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether an error, or a call of `stop`, has made the result useless."""
+        return self._error is not None
+
+    def next_share(self) -> slice | None:
+        """Take a share; None if there is none. Checking first would let another thread take it in between."""
+        try:
+            return self._shares.popleft()
+        except IndexError:
+            return None
+
+    def seconds(self) -> float:
+        """Return the wall time of learning, after it is complete.
+
+        Raises:
+            Exception: the error that stopped the learning.
+        """
+        if self._error:
+            raise self._error
+        return self._ended - self._started
+
+    @abstractmethod
+    def curves(self) -> LearningCurves:
+        """Return the result, after the learning is complete.
+
+        Raises:
+            Exception: the error that stopped the learning.
+        """
+
+    @abstractmethod
+    def _work(self) -> None:
+        """Learn shares until none is left."""
