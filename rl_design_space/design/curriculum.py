@@ -55,9 +55,7 @@ class CoarseToFine:
         carry: how a grid takes values over from the one before it.
     """
 
-    sizes: Annotated[
-        tuple[GridSize, ...], BeforeValidator(_sizes, json_schema_input_type=list[GridSize])
-    ] = (5,)
+    sizes: Annotated[tuple[GridSize, ...], BeforeValidator(_sizes, json_schema_input_type=list[GridSize])] = (5,)
     trials: _Trials = 50
     carry: Carry = "same_place"
 

@@ -20,8 +20,8 @@ from rl_design_space.errors import ConfigError
 
 _LARGEST_CODE = int(np.iinfo(np.int64).max)
 
-#: More than any world has cells along a side.
-_SIDES = 2**20
+#: More than any world has cells along a side; a prime number, because hash tables take the low bits of codes.
+_SIDES = 1_000_003
 
 #: Goals that an observation covers: those not yet reached, or all of them, as Table 2 counts them.
 _ObservedGoals = Literal["all", "remaining"]

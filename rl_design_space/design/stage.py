@@ -179,4 +179,3 @@ def as_stages(stages: Any) -> Any:
 
 def _as_value(value: Any) -> Any:
     return tuple(map(_as_value, value)) if isinstance(value, list) else value
-

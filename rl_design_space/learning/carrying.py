@@ -55,23 +55,35 @@ def empty_memory(periods: int, observations: int, n_actions: int) -> Memory:
 
 
 @compiled_and_kept
-def remember(memory, codes, kept, n_actions):
+def number_rows(codes, rows):
+    """Number the rows of Q-matrices as the kernel does, in the order in which their codes first occur.
+
+    Args:
+        codes: (periods, n_goals, cells) int64, observation codes.
+        rows: (periods, n_goals, cells) int64, output: the row of each state.
+    """
+    slots = 1
+    while slots < 2 * codes[0].size:
+        slots *= 2
+    known_codes, known_rows = np.empty(slots, dtype=np.int64), np.empty(slots, dtype=np.int32)
+    for period in range(len(codes)):
+        numbered(codes[period].ravel(), known_codes, known_rows, rows[period].ravel())
+
+
+@compiled_and_kept
+def remember(memory, codes, rows, kept, n_actions):
     """Put the values of a stage into the memory.
 
     Args:
         memory: see `Memory`; modified in place.
-        codes: (periods, n_goals, cells) int64, observation codes of the stage.
+        codes, rows: (periods, n_goals, cells) int64, observation codes of the stage and their rows.
         kept: (periods, n_goals · cells · n_actions) float64, its Q-matrices, see `Lanes`.
         n_actions: number of actions.
     """
     for period in range(len(codes)):
-        states = codes[period].ravel()
+        states, row_of = codes[period].ravel(), rows[period].ravel()
         known_codes, known_rows, values = memory.known_codes[period], memory.known_rows[period], memory.values[period]
         bits = bits_of(known_rows)
-        row_of = np.empty(len(states), dtype=np.int64)
-        own_codes = np.empty(len(known_codes), dtype=np.int64)
-        own_rows = np.empty(len(known_rows), dtype=np.int32)
-        numbered(states, own_codes, own_rows, row_of)
         following = 0
         for state in range(len(states)):
             row = row_of[state]
@@ -83,40 +95,34 @@ def remember(memory, codes, kept, n_actions):
                 known_rows[slot] = memory.count[period]
                 known_codes[slot] = states[state]
                 memory.count[period] += 1
-            at = known_rows[slot] * n_actions
+            at = np.int64(known_rows[slot]) * n_actions
             for action in range(n_actions):
                 values[at + action] = kept[period, row * n_actions + action]
 
 
 @compiled_and_kept
-def recall(memory, first, codes, initial_q, n_actions, kept, carried):
+def recall(memory, codes, rows, initial_q, n_actions, kept, carried):
     """Begin Q-matrices with the values that the memory has of their observations.
 
     Args:
         memory: see `Memory`.
-        first: number of the first of these periods.
-        codes: (taken, n_goals, cells) int64, observation codes of the stage that begins.
+        codes, rows: (periods, n_goals, cells) int64, observation codes of the stage that begins and their rows.
         initial_q: value of what is not in the memory.
         n_actions: number of actions.
         kept: (periods, n_goals · cells · n_actions) float64, output: Q-matrices, see `Lanes`.
         carried: (periods,) int32, output: number of rows that the memory had.
     """
-    for taken in range(len(codes)):
-        period, states = first + taken, codes[taken].ravel()
+    for period in range(len(codes)):
+        states, row_of = codes[period].ravel(), rows[period].ravel()
         known_codes, known_rows, values = memory.known_codes[period], memory.known_rows[period], memory.values[period]
         bits = bits_of(known_rows)
-        slots = 1
-        while slots < 2 * len(states):
-            slots *= 2
-        row_of = np.empty(len(states), dtype=np.int64)
-        numbered(states, np.empty(slots, dtype=np.int64), np.empty(slots, dtype=np.int32), row_of)
         following = found = 0
         for state in range(len(states)):
             row = row_of[state]
             if row < following:
                 continue
             following += 1
-            at = known_rows[slot_of(states[state], known_codes, known_rows, bits)] * n_actions
+            at = np.int64(known_rows[slot_of(states[state], known_codes, known_rows, bits)]) * n_actions
             found += at >= 0
             for action in range(n_actions):
                 kept[period, row * n_actions + action] = values[at + action] if at >= 0 else initial_q
@@ -124,46 +130,40 @@ def recall(memory, first, codes, initial_q, n_actions, kept, carried):
 
 
 @compiled_and_kept
-def inherit(ancestors, codes_before, kept_before, first, codes, initial_q, n_actions, kept, carried):
+def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, n_actions, kept, carried):
     """Begin Q-matrices with the values of their states' ancestors: a row with the mean over those of its states.
 
     The mean is a running one, in the order of states: of equal values it is exactly that value.
 
     Args:
         ancestors: (taken, n_goals, cells) int64, of each state one of the stage before, or -1.
-        codes_before: (periods, n_goals, cells before) int64, observation codes of the stage before.
-        kept_before: (periods, n_goals · cells before · n_actions) float64, its Q-matrices.
         first: number of the first of these periods.
-        codes: (taken, n_goals, cells) int64, observation codes of the stage that begins.
+        rows_before: (periods, n_goals, cells before) int64, rows of the stage before.
+        kept_before: (periods, n_goals · cells before · n_actions) float64, its Q-matrices.
+        rows: (periods, n_goals, cells) int64, rows of the stage that begins.
         initial_q: value of what has no ancestor.
         n_actions: number of actions.
         kept: (periods, n_goals · cells · n_actions) float64, output: Q-matrices, see `Lanes`.
         carried: (periods,) int32, output: number of rows with an ancestor.
     """
-    for taken in range(len(codes)):
-        period, states, ancestor_of = first + taken, codes[taken].ravel(), ancestors[taken].ravel()
-        before = codes_before[period].ravel()
-        slots = 1
-        while slots < 2 * max(len(states), len(before)):
-            slots *= 2
-        known_codes, known_rows = np.empty(slots, dtype=np.int64), np.empty(slots, dtype=np.int32)
-        row_of, row_before = np.empty(len(states), dtype=np.int64), np.empty(len(before), dtype=np.int64)
-        numbered(before, known_codes, known_rows, row_before)
-        n_rows = numbered(states, known_codes, known_rows, row_of)
-        counts = np.zeros(n_rows, dtype=np.int64)
-        kept[period, : n_rows * n_actions] = initial_q
+    counts = np.empty(rows[0].size, dtype=np.int64)
+    for taken in range(len(ancestors)):
+        period, ancestor_of = first + taken, ancestors[taken].ravel()
+        row_of, row_before = rows[period].ravel(), rows_before[period].ravel()
+        counts[:] = 0
+        kept[period] = initial_q
         found = 0
-        for state in range(len(states)):
+        for state in range(len(row_of)):
             ancestor, row = ancestor_of[state], row_of[state]
             if ancestor < 0:
                 continue
             counts[row] += 1
             found += counts[row] == 1
             for action in range(n_actions):
-                value = kept_before[period, row_before[ancestor] * n_actions + action]
-                mean = kept[period, row * n_actions + action]
                 at = row * n_actions + action
-                kept[period, at] = value if counts[row] == 1 else mean + (value - mean) / counts[row]
+                value = kept_before[period, row_before[ancestor] * n_actions + action]
+                mean = value if counts[row] == 1 else kept[period, at]
+                kept[period, at] = mean + (value - mean) / counts[row]
         carried[period] = found
 
 

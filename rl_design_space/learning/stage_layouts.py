@@ -53,7 +53,9 @@ def stage_layouts(point: DesignPoint, stages: Sequence[StagePoint], periods: int
             found.append(_settled(here, place_of(now.world, world)[now.cells]))
         else:
             if not np.isin(now.cells, places(here)).all():
-                raise ConfigError(f"curriculum: stage {number}: layout=same: a start or goal is an obstacle here; use new")
+                raise ConfigError(
+                    f"curriculum: stage {number}: layout=same: a start or goal is an obstacle here; use new"
+                )
             found.append(now.cells)
     return found
 

@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space.design import DesignPoint, SizedRepresentation, StagePoint, cell_count
 from rl_design_space.learning.carrying import (
     Memory,
     StageScene,
     empty_memory,
     inherit,
+    number_rows,
     recall,
     remember,
     same_place,
@@ -93,20 +96,21 @@ class StagedLearning(JointLearning):
         generator = self._generator[share].copy()
         memory: Memory | None = None
         before: _Played | None = None
-        for number, stage in enumerate(self._stages, 1):
+        for stage in self._stages:
             now = _Played(stage, share, generator)
-            for batch in _batches(len(generator), stage.states):
-                now.see(batch)
-                now.begin_with(batch, before, memory if stage.carry == "same_observation" else None)
-                now.learn(batch)
-            now.learn(slice(0, 0), drain=True)
+            if before is None or stage.carry == "none":
+                now.begin_anew()
+            elif stage.carry != "same_observation":
+                now.begin_with_ancestors(before)
+            elif now.observes_the_same_as(before):
+                now.begin_where_ended(before)
+            else:
+                memory = memory or empty_memory(len(generator), self._met, stage.n_actions)
+                now.begin_with_memory(memory, before)
+            memory = memory if stage.carry == "same_observation" else None
+            now.learn()
             if self.is_stopped:
                 return
-            if stage.carry != "same_observation":
-                memory = None
-            if number < len(self._stages) and self._stages[number].carry == "same_observation":
-                memory = memory or empty_memory(len(generator), self._met, stage.n_actions)
-                remember(memory, now.codes, now.kept, stage.n_actions)
             before = now
 
 
@@ -148,52 +152,70 @@ class _Played:
 
     def __init__(self, stage: _Stage, share: slice, generator: NDArray[np.uint64]) -> None:
         self._stage, self._share, taken = stage, share, len(generator)
-        goals, cells = stage.point.task.goals, cell_count(stage.point.world)
-        self.codes = np.empty((taken, goals, cells), dtype=np.int64)
-        self.kept = np.empty((taken, stage.values))
-        lanes = side_by_side(taken, 1, bytes_each=8 * stage.values)
-        self._lanes = empty_lanes(lanes, stage.states, stage.tables.lengths, self.kept, generator)
-        self._layouts = stage.layouts[share]
-        #: Read-only, as in other points: the kernel would be compiled again for another type.
-        self._generator = generator.view()
-        self._generator.setflags(write=False)
+        self._layouts, self._generator = stage.layouts[share], generator
+        self._batches = list(_batches(taken, stage.states))
+        #: Observation codes, (taken, n_goals, cells) int64.
+        self._codes = np.empty((taken, stage.point.task.goals, cell_count(stage.point.world)), dtype=np.int64)
+        for batch in self._batches:
+            self._codes[batch] = portable_codes(stage.point, self._layouts[batch, 1:])
+        self._carried = stage.carried[share]
+        self._kept: FloatArray = np.empty((0, 0))
 
-    def see(self, batch: slice) -> None:
-        """Compute the observation codes of some of the periods."""
-        self.codes[batch] = portable_codes(self._stage.point, self._layouts[batch, 1:])
+    @cached_property
+    def _rows(self) -> NDArray[np.int64]:
+        """Rows of the Q-matrices by state, (taken, n_goals, cells) int64."""
+        rows = np.empty_like(self._codes)
+        number_rows(self._codes, rows)
+        return rows
 
-    def begin_with(self, batch: slice, before: _Played | None, memory: Memory | None) -> None:
-        """Fill the Q-matrices that some of the periods begin with.
+    def observes_the_same_as(self, before: _Played) -> bool:
+        """Return whether all observations are those of another stage, state by state."""
+        return np.array_equal(self._codes, before._codes)
 
-        Args:
-            batch: those periods.
-            before: the stage before; None in the first stage.
-            memory: values of earlier stages, if they are carried by observation.
-        """
-        stage, codes, initial_q = self._stage, self.codes[batch], self._stage.point.learner.initial_q
-        carried = stage.carried[self._share]
-        if stage.carry == "none" or before is None:
-            self.kept[batch] = initial_q
-        elif memory is not None:
-            recall(memory, batch.start, codes, initial_q, stage.n_actions, self.kept, carried)
-        else:
+    def begin_anew(self) -> None:
+        """Begin with initial values."""
+        self._kept = np.full((len(self._codes), self._stage.values), self._stage.point.learner.initial_q)
+
+    def begin_where_ended(self, before: _Played) -> None:
+        """Begin with the Q-matrices that a stage of equal observations has ended with."""
+        self._kept = before._kept
+        self._carried[:] = before._stage.rows[self._share, 0]
+
+    def begin_with_memory(self, memory: Memory, before: _Played) -> None:
+        """Begin with the values of equal observations, after those of the stage before are in the memory."""
+        stage = self._stage
+        self._kept = np.empty((len(self._codes), stage.values))
+        remember(memory, before._codes, before._rows, before._kept, stage.n_actions)
+        initial_q = stage.point.learner.initial_q
+        recall(memory, self._codes, self._rows, initial_q, stage.n_actions, self._kept, self._carried)
+
+    def begin_with_ancestors(self, before: _Played) -> None:
+        """Begin with the values of the states that the carry rule gives."""
+        stage = self._stage
+        self._kept = np.empty((len(self._codes), stage.values))
+        for batch in self._batches:
             scenes = before._scene(batch), self._scene(batch)
             found = same_place(*scenes) if stage.carry == "same_place" else ancestors(stage.carry, *scenes)
             inherit(
-                found, before.codes, before.kept, batch.start, codes, initial_q, stage.n_actions, self.kept, carried
-            )
+                found, batch.start, before._rows, before._kept, self._rows, stage.point.learner.initial_q,
+                stage.n_actions, self._kept, self._carried,
+            )  # fmt: skip
 
-    def learn(self, batch: slice, *, drain: bool = False) -> None:
-        """Learn some of the periods."""
+    def learn(self) -> None:
+        """Learn the stage in all periods of the share."""
         stage, share, tables = self._stage, self._share, self._stage.tables
+        lanes = side_by_side(max(1, len(self._kept)), 1, bytes_each=8 * stage.values)
+        running = empty_lanes(lanes, stage.states, tables.lengths, self._kept, self._generator)
+        # Read-only, as in other points: the kernel would be compiled again for another type.
+        generator = self._generator.view()
+        generator.setflags(write=False)
         learn(
-            tables.next_cell, tables.lengths, tables.threshold, tables.rules, self.codes[batch], batch.start,
-            self._layouts, self._generator, self._lanes, drain, stage.steps[share], stage.success[share],
-            stage.rows[share],
+            tables.next_cell, tables.lengths, tables.threshold, tables.rules, self._codes, 0, self._layouts, generator,
+            running, True, stage.steps[share], stage.success[share], stage.rows[share],
         )  # fmt: skip
 
     def _scene(self, batch: slice) -> StageScene:
-        return StageScene(self._stage.point.world, self._layouts[batch, 1:], self.codes[batch])
+        return StageScene(self._stage.point.world, self._layouts[batch, 1:], self._codes[batch])
 
 
 def _most_observations(stages: Sequence[StagePoint]) -> int:

@@ -123,7 +123,10 @@ def staged_points(draw: st.DrawFn) -> DesignPoint:
     goals, places, found = point.task.goals, point.world, list[Stage]()
     representation, msa = point.representation, point.msa
     for _ in range(draw(st.integers(1, 4))):
-        changes: dict[str, object] = {"task.trials": draw(st.integers(1, 4)), "task.max_steps": draw(st.integers(1, 60))}
+        changes: dict[str, object] = {
+            "task.trials": draw(st.integers(1, 4)),
+            "task.max_steps": draw(st.integers(1, 60)),
+        }
         layout = draw(st.sampled_from(["same", "scaled", "new", "shifted"]))
         carry = draw(st.sampled_from(["same_observation", "same_observation", "same_place", "none"]))
         world = draw(worlds.filter(lambda world: world.shape[0] * world.shape[1] > goals))
