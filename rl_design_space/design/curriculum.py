@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
@@ -93,20 +93,20 @@ class ZeroShot:
     """Learning, perhaps on a grid of another size, and then using the Q-matrix as it is: α = 0 and ε = 0.
 
     Attributes:
-        size: size of the grid where the Q-matrix is learned; that of the point if null.
+        size: size of the grid where the Q-matrix is learned; `same` as that of the point.
         trials: trials in which it is used.
         layout: where start and goals lie then: those of the point (`same`), which have been learned `scaled` to the
             other size; or `new` or `shifted` ones.
         carry: how the Q-matrix is taken over.
     """
 
-    size: GridSize | None = None
+    size: GridSize | Literal["same"] = "same"
     trials: _Trials = 20
     layout: Layout = "new"
     carry: Carry = "same_observation"
 
     def stage_list(self) -> tuple[Stage, ...]:
-        learned = Stage() if self.size is None else Stage.of({"world.size": self.size, "layout": "scaled"})
+        learned = Stage() if self.size == "same" else Stage.of({"world.size": self.size, "layout": "scaled"})
         used = Stage.of({**_AS_IT_IS, "task.trials": self.trials, "layout": self.layout, "carry": self.carry})
         return learned, used
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import FunctionType
 from typing import Any
 
 #: Key in the metadata of a field.
@@ -23,12 +24,12 @@ def absent_as(value: Any) -> Mapping[str, Any]:
     return {ABSENT_AS: value}
 
 
-def is_shipped(kind: type) -> bool:
-    """Return whether a class is part of this package."""
+def is_shipped(kind: type | FunctionType) -> bool:
+    """Return whether a class or function is part of this package."""
     return kind.__module__.startswith("rl_design_space.")
 
 
-def full_name(kind: type) -> str:
+def full_name(kind: type | FunctionType) -> str:
     """Return the name of a class for messages; classes of other packages are named with their module."""
     return kind.__qualname__ if is_shipped(kind) else f"{kind.__module__}.{kind.__qualname__}"
 

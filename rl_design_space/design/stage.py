@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
+from types import FunctionType
 from typing import Annotated, Any, Literal, Protocol, TypeVar, get_args, runtime_checkable
 
 from pydantic import BeforeValidator, ValidationError
@@ -66,7 +67,7 @@ class CarryRule(Protocol):
 
 
 def _carry(rule: Any) -> Any:
-    if rule not in get_args(CarryName) and (isinstance(rule, type) or not callable(rule)):
+    if not isinstance(rule, FunctionType) and rule not in get_args(CarryName):
         raise ValueError("should be same_observation, same_place, none, or a function of two scenes")
     return rule
 

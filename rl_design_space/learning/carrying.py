@@ -8,30 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import World, cell_count
+from rl_design_space.design import Scene, cell_count
 from rl_design_space.learning.compiled import compiled_and_kept
 from rl_design_space.learning.numbering import bits_of, numbered, slot_count, slot_of
 from rl_design_space.learning.stage_layouts import place_of
-
-
-class StageScene(NamedTuple):
-    """A stage as carry rules see it, see `design.Scene`."""
-
-    world: World
-    goals: NDArray[np.int32]
-    codes: NDArray[np.int64]
 
 
 class Memory(NamedTuple):
     """Values of all observations that periods have met, also of those that do not occur in the last stage.
 
     Attributes:
-        count: (periods,) int64, number of observations.
+        met: (periods,) int64, number of observations.
         known_codes, known_rows: (periods, slots) int64 and int32, hash tables from their codes to rows of values.
         values: (periods, rows · n_actions) float64.
     """
 
-    count: NDArray[np.int64]
+    met: NDArray[np.int64]
     known_codes: NDArray[np.int64]
     known_rows: NDArray[np.int32]
     values: FloatArray
@@ -63,7 +55,7 @@ def number_rows(codes, rows):
         rows: (periods, n_goals, cells) int64, output: the row of each state.
     """
     slots = 1
-    while slots < 2 * codes[0].size:
+    while slots < 2 * codes.shape[1] * codes.shape[2]:
         slots *= 2
     known_codes, known_rows = np.empty(slots, dtype=np.int64), np.empty(slots, dtype=np.int32)
     for period in range(len(codes)):
@@ -76,7 +68,8 @@ def remember(memory, codes, rows, kept, n_actions):
 
     Args:
         memory: see `Memory`; modified in place.
-        codes, rows: (periods, n_goals, cells) int64, observation codes of the stage and their rows.
+        codes: (periods, n_goals, cells) int64, observation codes of the stage.
+        rows: (periods, n_goals, cells) int64, the row of each state.
         kept: (periods, n_goals · cells · n_actions) float64, its Q-matrices, see `Lanes`.
         n_actions: number of actions.
     """
@@ -92,9 +85,9 @@ def remember(memory, codes, rows, kept, n_actions):
             following += 1
             slot = slot_of(states[state], known_codes, known_rows, bits)
             if known_rows[slot] < 0:
-                known_rows[slot] = memory.count[period]
+                known_rows[slot] = memory.met[period]
                 known_codes[slot] = states[state]
-                memory.count[period] += 1
+                memory.met[period] += 1
             at = np.int64(known_rows[slot]) * n_actions
             for action in range(n_actions):
                 values[at + action] = kept[period, row * n_actions + action]
@@ -106,7 +99,8 @@ def recall(memory, codes, rows, initial_q, n_actions, kept, carried):
 
     Args:
         memory: see `Memory`.
-        codes, rows: (periods, n_goals, cells) int64, observation codes of the stage that begins and their rows.
+        codes: (periods, n_goals, cells) int64, observation codes of the stage that begins.
+        rows: (periods, n_goals, cells) int64, the row of each state.
         initial_q: value of what is not in the memory.
         n_actions: number of actions.
         kept: (periods, n_goals · cells · n_actions) float64, output: Q-matrices, see `Lanes`.
@@ -146,7 +140,7 @@ def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, n_actio
         kept: (periods, n_goals · cells · n_actions) float64, output: Q-matrices, see `Lanes`.
         carried: (periods,) int32, output: number of rows with an ancestor.
     """
-    counts = np.empty(rows[0].size, dtype=np.int64)
+    counts = np.empty(rows.shape[1] * rows.shape[2], dtype=np.int64)
     for taken in range(len(ancestors)):
         period, ancestor_of = first + taken, ancestors[taken].ravel()
         row_of, row_before = rows[period].ravel(), rows_before[period].ravel()
@@ -167,7 +161,7 @@ def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, n_actio
         carried[period] = found
 
 
-def same_place(before: StageScene, after: StageScene) -> NDArray[np.int64]:
+def same_place(before: Scene, after: Scene) -> NDArray[np.int64]:
     """Return the ancestors of states: equal success counter, and the cell at the same place of the grid before."""
     counter = np.arange(after.goals.shape[1], dtype=np.int64)[:, np.newaxis]
     ancestors = counter * cell_count(before.world) + place_of(after.world, before.world)

@@ -74,8 +74,8 @@ class Lanes(NamedTuple):
         passed: (1 + longest action, LANES) uint64, offsets of the rows that a multi-step action has passed.
         rewards: (longest action, LANES) float64, rewards of its steps.
         known_codes, known_rows: int64 and int32, a hash table from observation codes to rows.
-        kept: (periods, n_goals · cells · n_actions) float64, the Q-matrices that periods begin with and, after they have
-            ended, end with, see `StagedLearning`. Without any, all values begin as `initial_q`.
+        kept: (periods, n_goals · cells · n_actions) float64, the Q-matrices that periods begin with and, after they
+            have ended, end with, see `StagedLearning`. Without any, all values begin as `initial_q`.
         states: (periods, 4) uint64, of as many periods: the state of the random generator at their end.
     """
 
@@ -121,7 +121,8 @@ def empty_lanes(
         lanes: number of lanes, at most `LANES`.
         observations: n_goals · cells, of a period.
         lengths: steps of the actions of each length.
-        kept, states: see `Lanes`; none if they are not given.
+        kept: see `Lanes`; none if not given.
+        states: see `Lanes`; none if not given.
     """
     numbers = _aligned((COLUMNS * LANES,), np.uint64)
     numbers[int(HOME) : int(HOME) + LANES] = np.arange(LANES)

@@ -44,7 +44,8 @@ def numbered(codes, known_codes, known_rows, row_of):
 
     Args:
         codes: (states,) observation codes.
-        known_codes, known_rows: a hash table, output.
+        known_codes: of a hash table, output.
+        known_rows: of a hash table, output.
         row_of: (states,) output: the row of each state.
     """
     bits = bits_of(known_rows)

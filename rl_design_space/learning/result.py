@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.learning.archive import read_arrays, write_arrays
 from rl_design_space.learning.measures import FINAL_TRIALS, MEASURES, SCALARS, scaled_to_equal_steps
-from rl_design_space.learning.stage_record import StageRecord
+from rl_design_space.learning.stage_record import (
+    STAGE_CURVE,
+    StageRecord,
+    bounds,
+    by_trial,
+    filed,
+    of_file,
+    stage_curve,
+    stage_scalars,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -89,10 +98,26 @@ class LearningCurves:
         return total
 
     @cached_property
+    def optima(self) -> NDArray[np.int32]:
+        """(periods, trials) fewest steps possible, or (periods, 1) if they are the same in all trials."""
+        if not self.stages:
+            return self.optimum[:, np.newaxis]
+        return by_trial(self.stages, [stage.optimum for stage in self.stages])
+
+    @cached_property
     def over_optimum(self) -> FloatArray:
         """(periods, trials) steps / optimum."""
-        ratio: FloatArray = self.steps / self.optimum[:, np.newaxis]
+        ratio: FloatArray = self.steps / self.optima
         return ratio
+
+    @cached_property
+    def scaled_steps(self) -> FloatArray:
+        """(periods,) total steps · 10/d, steps of equal length on square grids of any size d; NaN on others."""
+        if not self.stages:
+            return np.asarray(scaled_to_equal_steps(self.total_steps, self.side))
+        sides = by_trial(self.stages, [stage.side for stage in self.stages])
+        scaled: FloatArray = scaled_to_equal_steps(self.steps, sides).sum(axis=1)
+        return scaled
 
     @property
     def side(self) -> float:
@@ -113,7 +138,29 @@ class LearningCurves:
             "steps/over_optimum": self.over_optimum.mean(axis=0),
             "success_rate": self.success.mean(axis=0),
             "epsilon": self.epsilon,
+            **({STAGE_CURVE: stage_curve(self.stages)} if self.stages else {}),
         }
+
+    def stage(self, number: int) -> LearningCurves:
+        """Return the result of one stage alone, the first of which has number 1.
+
+        Raises:
+            LookupError: there is no such stage.
+        """
+        if not 1 <= number <= len(self.stages):
+            raise LookupError(f"stage {number}: this result has {len(self.stages)} stages")
+        stage, trials = self.stages[number - 1], bounds(self.stages)[number - 1]
+        share = stage.trials / self.steps.shape[1]
+        return LearningCurves(
+            self.steps[:, trials], self.success[:, trials], stage.optimum, stage.rows, self.epsilon[trials],
+            self.seconds * share, known_side=stage.side,
+        )  # fmt: skip
+
+    def of_periods(self, some: Any) -> LearningCurves:
+        """Return the result of some of the periods, which an index of arrays selects."""
+        stages = tuple(stage.of_periods(some) for stage in self.stages)
+        arrays = {name: getattr(self, name)[some] for name in ("steps", "success", "optimum", "rows")}
+        return replace(self, **arrays, stages=stages)
 
     def to_frame(self, *, periods: bool = False) -> pd.DataFrame:
         """Return a tidy frame.
@@ -125,22 +172,9 @@ class LearningCurves:
             trial and every learning curve by its name; or period, trial, steps, success, the period's optimum, and
             epsilon, the periods one after the other.
         """
-        import pandas as pd
+        from rl_design_space.learning.result_frame import frame_of
 
-        n_periods, n_trials = self.steps.shape
-        trial = np.arange(n_trials)
-        if not periods:
-            return pd.DataFrame({"trial": trial, **self.curves})
-        return pd.DataFrame(
-            {
-                "period": np.repeat(np.arange(n_periods), n_trials),
-                "trial": np.tile(trial, n_periods),
-                "steps": self.steps.ravel(),
-                "success": self.success.ravel(),
-                "optimum": np.repeat(self.optimum, n_trials),
-                "epsilon": np.tile(self.epsilon, n_periods),
-            }
-        )
+        return frame_of(self, periods=periods)
 
     def scalars(self, shape: tuple[int, int] | None = None) -> dict[str, float]:
         """Return the numbers that are recorded of a point; those that are not defined are left out.
@@ -155,6 +189,7 @@ class LearningCurves:
             failed_trials, failed_periods: share of trials, and of periods with a trial, that missed the final goal.
             final_steps_over_optimum: mean of steps / optimum over the last `FINAL_TRIALS` trials.
             env_steps_per_second: steps learned a second.
+            stage2/total_steps, …: the same of each stage; its mean optimum, and the share of rows with carried values.
         """
         values = {"env_steps_per_second": float(self.total_steps.sum() / self.seconds)}
         if len(self.steps) > 1:
@@ -164,8 +199,11 @@ class LearningCurves:
             each = MEASURES[name].each(self)
             assert each is not None
             values[name] = float(each.mean())
-        values["total_steps_scaled"] = scaled_to_equal_steps(values["total_steps"], side)
-        return {name: values[name] for name in SCALARS if name in values and not math.isnan(values[name])}
+        values["total_steps_scaled"] = (
+            float(self.scaled_steps.mean()) if self.stages else scaled_to_equal_steps(values["total_steps"], side)
+        )
+        known = {name: values[name] for name in SCALARS if name in values and not math.isnan(values[name])}
+        return known | stage_scalars(self.stages, lambda number: self.stage(number).scalars())
 
     def save(self, file: Path | BinaryIO, *, keep: Kept = "periods", compress: bool = True) -> None:
         """Write the result as an .npz file, the same bytes for the same result; without its point and its seconds.
@@ -184,7 +222,8 @@ class LearningCurves:
         }
         curves = self.curves if compress else {"epsilon": self.epsilon}
         named = {f"{_CURVE}{name}": curve for name, curve in curves.items()}
-        write_arrays(file, {**(periods if keep == "periods" else {}), **named}, compress=compress)
+        kept = {**periods, **filed(self.stages)} if keep == "periods" else {}
+        write_arrays(file, {**kept, **named}, compress=compress)
 
     @classmethod
     def load(cls, file: Path | BinaryIO, point: DesignPoint | None = None, seconds: float = math.nan) -> LearningCurves:
@@ -223,7 +262,7 @@ class LearningCurves:
             raise LookupError("this file holds the learning curves alone, not the periods")
         steps = arrays["steps"].astype(np.int32)
         success, optimum, rows, epsilon = (arrays[name] for name in ("success", "optimum", "rows", "epsilon"))
-        return cls(steps, success, optimum, rows, epsilon, seconds, point, side)
+        return cls(steps, success, optimum, rows, epsilon, seconds, point, side, of_file(arrays))
 
     @classmethod
     def found(cls, arrays: Mapping[str, NDArray[Any]], size: Any) -> LearningCurves | None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rl_design_space._arrays import IntArray
 from rl_design_space.design import DesignPoint, StagePoint, World, cell_count
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.checked import places
@@ -15,6 +16,18 @@ from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.streams import below, layout_words
 
 _Cells = NDArray[np.int32]
+
+
+class StageScene(NamedTuple):
+    """A stage as carry rules see it, see `design.Scene`."""
+
+    world: World
+    goals: NDArray[np.int32]
+    codes: NDArray[np.int64]
+
+    def period(self, number: int) -> StageScene:
+        """Return the scene of one of the periods."""
+        return StageScene(self.world, self.goals[number : number + 1], self.codes[number : number + 1])
 
 
 class _Places(NamedTuple):
@@ -64,7 +77,7 @@ def place_of(origin: World, target: World) -> _Cells:
     """Return (cells of the origin,) the cell of another world that contains the centre of each cell."""
     (width, height), (new_width, new_height) = origin.shape, target.shape
     y, x = np.divmod(np.arange(cell_count(origin)), width)
-    cells = (2 * y + 1) * new_height // (2 * height) * new_width + (2 * x + 1) * new_width // (2 * width)
+    cells: IntArray = (2 * y + 1) * new_height // (2 * height) * new_width + (2 * x + 1) * new_width // (2 * width)
     return cells.astype(np.int32)
 
 
@@ -73,7 +86,7 @@ def _shifted(now: _Places, words: NDArray[np.uint64]) -> _Cells:
     width, height = now.world.shape
     down, right = np.divmod(1 + below(words, width * height - 1), width)
     y, x = np.divmod(now.cells, width)
-    moved = (y + down[:, np.newaxis]) % height * width + (x + right[:, np.newaxis]) % width
+    moved: IntArray = (y + down[:, np.newaxis]) % height * width + (x + right[:, np.newaxis]) % width
     return moved.astype(np.int32)
 
 

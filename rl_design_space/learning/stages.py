@@ -1,4 +1,4 @@
-"""Learning periods of several stages, which share one Q-matrix and one random stream (docs/decisions/0030-stages.md)."""
+"""Learning periods of several stages, which share a Q-matrix and a random stream (docs/decisions/0030-stages.md)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space.design import DesignPoint, SizedRepresentation, StagePoint, cell_count
 from rl_design_space.learning.carrying import (
     Memory,
-    StageScene,
     empty_memory,
     inherit,
     number_rows,
@@ -30,7 +29,7 @@ from rl_design_space.learning.lanes import empty_lanes, side_by_side
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.learning.stage_layouts import stage_layouts
+from rl_design_space.learning.stage_layouts import StageScene, stage_layouts
 from rl_design_space.learning.stage_record import StageRecord
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
@@ -156,7 +155,7 @@ class _Played:
         self._batches = list(_batches(taken, stage.states))
         #: Observation codes, (taken, n_goals, cells) int64.
         self._codes = np.empty((taken, stage.point.task.goals, cell_count(stage.point.world)), dtype=np.int64)
-        for batch in self._batches:
+        for batch in self._batches if taken else ():
             self._codes[batch] = portable_codes(stage.point, self._layouts[batch, 1:])
         self._carried = stage.carried[share]
         self._kept: FloatArray = np.empty((0, 0))
@@ -170,7 +169,7 @@ class _Played:
 
     def observes_the_same_as(self, before: _Played) -> bool:
         """Return whether all observations are those of another stage, state by state."""
-        return np.array_equal(self._codes, before._codes)
+        return len(self._codes) > 0 and np.array_equal(self._codes, before._codes)
 
     def begin_anew(self) -> None:
         """Begin with initial values."""
@@ -195,7 +194,8 @@ class _Played:
         self._kept = np.empty((len(self._codes), stage.values))
         for batch in self._batches:
             scenes = before._scene(batch), self._scene(batch)
-            found = same_place(*scenes) if stage.carry == "same_place" else ancestors(stage.carry, *scenes)
+            rule = same_place if isinstance(stage.carry, str) else stage.carry
+            found = ancestors(rule, *scenes) if batch.stop else self._codes
             inherit(
                 found, batch.start, before._rows, before._kept, self._rows, stage.point.learner.initial_q,
                 stage.n_actions, self._kept, self._carried,
@@ -221,12 +221,13 @@ class _Played:
 def _most_observations(stages: Sequence[StagePoint]) -> int:
     """Return an upper bound of the number of observations that a period meets in all stages together."""
     points = [stage.point for stage in stages]
-    goals = points[0].task.goals
-    states = sum(goals * cell_count(point.world) for point in points)
+    goals: int = points[0].task.goals
+    states: int = sum(goals * cell_count(point.world) for point in points)
     if not all(isinstance(point.representation, SizedRepresentation) for point in points):
         return states
     kinds = {(point.representation, point.world) for point in points}
-    return min(states, sum(representation.spanned_size(world, goals) for representation, world in kinds))
+    spanned: int = sum(representation.spanned_size(world, goals) for representation, world in kinds)
+    return min(states, spanned)
 
 
 def _shares(periods: int, threads: int, most: int) -> list[slice]:
@@ -237,7 +238,7 @@ def _shares(periods: int, threads: int, most: int) -> list[slice]:
 
 
 def _batches(periods: int, states: int) -> Iterator[slice]:
-    """Yield the periods whose observation codes are computed at a time."""
+    """Yield the periods whose observation codes are computed at a time; none at all, if there are none, once."""
     size = max(1, _CODES_IN_FLIGHT // states)
-    for first in range(0, periods, size):
+    for first in range(0, max(1, periods), size):
         yield slice(first, min(first + size, periods))

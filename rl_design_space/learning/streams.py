@@ -1,8 +1,9 @@
 """Random streams: for each period one for each of its layouts and one for the agent's behaviour.
 
-The layout stream depends on seed and period alone, so all design points of equal size have the same starts and goals
-(common random numbers) and comparisons are paired. `SeedSequence` is the only part of NumPy's random module in use,
-because its output is guaranteed never to change between versions.
+Stream 0 is that of the first layout, 1 of behaviour, 2 and more of the layouts that stages draw then. Layout streams
+depend on seed and period alone, so all design points of equal size have the same starts and goals (common random
+numbers) and comparisons are paired. `SeedSequence` is the only part of NumPy's random module in use, because its output
+is guaranteed never to change between versions.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ def layouts(seed: int, cells: int, n_goals: int, periods: int, number: int = 0) 
 
 
 def layout_words(seed: int, periods: int, count: int, number: int) -> NDArray[np.uint64]:
-    """Return the random words of a layout of every period, (periods, count); streams after behaviour's are of others."""
+    """Return random words of a layout of every period, (periods, count): of the stream with its number, see above."""
     return random_words(seed, _BEHAVIOUR + number if number else _LAYOUT, periods, count)
 
 

@@ -12,6 +12,7 @@ import pandas as pd
 from rl_design_space._visible import visible
 from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.learning.measures import SCALARS
+from rl_design_space.learning.stage_record import is_scalar_name
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import PERIODS, SEED, order
 from rl_design_space.tracking.run_frame import ABOUT
@@ -115,7 +116,7 @@ def points_of_frame(frame: pd.DataFrame) -> list[Point]:
     points = []
     for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
         there = {visible(str(name)): _shown(value) for name, value in record.items() if not pd.isna(value)}
-        scalars = {name: there.pop(name) for name in SCALARS if name in there}
+        scalars = {name: there.pop(name) for name in list(there) if name in SCALARS or is_scalar_name(name)}
         run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
         points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
     return points

@@ -15,6 +15,7 @@ from rl_design_space._markdown import code
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.censoring import Bounded
 from rl_design_space.config.measure_name import measure_of
+from rl_design_space.config.overrides import with_absent
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
@@ -75,9 +76,10 @@ class Runs(ChosenPoints):
     def of_study(cls, study: Study, reader: Reader) -> Runs:
         """Return the points of a study, recorded or not, in the order of its plan."""
         runs = reader.finished([planned.fingerprint for planned in study.plan])
+        parameters = with_absent([planned.parameters for planned in study.plan])
         points = [
-            Point({k: comparable(v) for k, v in planned.parameters.items()}, runs.get(planned.fingerprint), planned)
-            for planned in study.plan
+            Point({k: comparable(v) for k, v in each.items()}, runs.get(planned.fingerprint), planned)
+            for planned, each in zip(study.plan, parameters, strict=True)
         ]
         made_by, remarks = f"Made by {code(study.report_command)}, which needs no runs.", []
         if points:
