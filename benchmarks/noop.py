@@ -23,7 +23,7 @@ class _Nothing:
 
     has_work = False
 
-    def __init__(self, point: DesignPoint, threads: int | None = 1) -> None:
+    def __init__(self, point: DesignPoint, threads: int = 1, begun: LearningCurves | None = None) -> None:
         pass
 
     def work(self) -> bool:
@@ -61,7 +61,7 @@ def _report() -> None:
 def main() -> None:
     """Run the command, and report while everything it keeps is still there."""
     simulation.Learning = _Nothing  # type: ignore[assignment, misc]
-    simulation.simulate = lambda point, threads=None: _CURVES
+    simulation.simulate = lambda point, threads=None, **_: _CURVES
     # A sweep of ours holds most when it shows its outcome, a sweep of Hydra's when it ends.
     show, reported = sweep_output.show_outcome, False
 

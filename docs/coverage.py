@@ -8,9 +8,9 @@ docs/decisions/0023-heavy-tails.md: samples of real periods of cells of Table 4.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -35,11 +35,33 @@ _DESIGNS = {
         world=Torus(size=5), task=_TASK, exploration=Linear(k=0.05), representation=Direction(goals="all")
     ),
 }
-#: Goals that a direction observes, size and number of goals of the cells of Table 4, and numbers of periods.
-_CELLS: list[tuple[Literal["all", "remaining"], int, int]] = [
-    *(("remaining", 10, goals) for goals in (1, 2, 3)),
-    *(("all", 10, goals) for goals in (2, 3)),
-    *(("remaining", 20, goals) for goals in (2, 3)),
+
+
+class Cell(NamedTuple):
+    """A direction cell of Table 4.
+
+    Attributes:
+        observed: goals that a direction observes.
+        size: of the grid.
+        goals: their number.
+        periods: number of periods that stand for all there could be; fewer where one takes longer.
+    """
+
+    observed: Literal["all", "remaining"]
+    size: int
+    goals: int
+    periods: int = 200_000
+
+
+_CELLS = [
+    *(Cell("remaining", 10, goals) for goals in (1, 2, 3)),
+    *(Cell("all", 10, goals) for goals in (2, 3)),
+    Cell("remaining", 20, 1),
+    Cell("remaining", 20, 2, 20_000),
+    Cell("remaining", 20, 3, 20_000),
+    Cell("remaining", 30, 1, 100_000),
+    Cell("remaining", 30, 2, 50_000),
+    Cell("remaining", 30, 3, 20_000),
 ]
 _SIZES = (500, 5000, 10_000, 20_000, 40_000)
 #: (seeds, periods) values to the ends of an interval of their mean.
@@ -103,10 +125,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=1000, help="samples for each cell (default: %(default)s)")
     parser.add_argument("--tails", action="store_true", help="of heavy tails, by number of periods")
+    parser.add_argument("--size", type=int, help="with --tails: cells of this grid size alone")
     arguments = parser.parse_args()
     samples = arguments.samples
     if arguments.tails:
-        print_tails(samples)
+        print_tails(samples, [cell for cell in _CELLS if arguments.size in (None, cell.size)])
         return
     truth = {name: learn(point, _TRUTH_SEED, _TRUTH_PERIODS).mean() for name, point in _DESIGNS.items()}
     print(f"| statistic | intervals by | {' | '.join(f'{n} × {_PERIODS // n}' for n in _SEEDS)} |")
@@ -132,20 +155,20 @@ def main() -> None:
         print(f"| {statistic} | {method} | {' | '.join(texts)} |")
 
 
-def print_tails(samples: int) -> None:
+def print_tails(samples: int, cells: Sequence[Cell]) -> None:
     """Print how often the interval of a mean holds that of many periods, by cell of Table 4 and number of periods."""
     print(f"| cell | skewness | {' | '.join(f'{size:,}' for size in _SIZES)} |")
     print(f"|---|---|{'---|' * len(_SIZES)}")
-    for goals, size, n_goals in _CELLS:
+    for cell in cells:
         point = DesignPoint(
-            world=Torus(size=size),
-            task=Task(goals=n_goals),
+            world=Torus(size=cell.size),
+            task=Task(goals=cell.goals),
             exploration=Linear(k=0.02),
-            representation=Direction(goals=goals),
+            representation=Direction(goals=cell.observed),
         )
-        every = learn(point, _TRUTH_SEED, _TRUTH_PERIODS if size == 10 else _TRUTH_PERIODS // 10)
+        every = learn(point, _TRUTH_SEED, cell.periods)
         held = [f"{_share_held(every, each, samples):.1%}" for each in _SIZES]
-        name = f"d = {size}, n = {n_goals}, {goals} goals"
+        name = f"d = {cell.size}, n = {cell.goals}, {cell.observed} goals"
         print(f"| {name} | {stats.skew(every):.0f} | {' | '.join(held)} |", flush=True)
 
 

@@ -19,10 +19,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from rl_design_space.commands.python_record import record as record
+    from rl_design_space.commands.python_sweep import sweep as sweep
     from rl_design_space.design import *  # noqa: F403 (every option is public)
     from rl_design_space.design import DesignPoint
     from rl_design_space.learning import LearningCurves as LearningCurves
     from rl_design_space.learning import simulate as simulate
+    from rl_design_space.report.inside.watched import watch as watch
     from rl_design_space.tracking.load import load_curves as load_curves
     from rl_design_space.tracking.load import load_periods as load_periods
     from rl_design_space.tracking.load import load_runs as load_runs
@@ -31,6 +34,9 @@ if TYPE_CHECKING:
 _HOME = {
     "LearningCurves": "learning",
     "simulate": "learning",
+    "record": "commands.python_record",
+    "sweep": "commands.python_sweep",
+    "watch": "report.inside.watched",
     **dict.fromkeys(("load_runs", "load_curves", "load_periods"), "tracking.load"),
 }
 

@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 from markdown_it import MarkdownIt
 
+from tests.tracking.stores import copy_database
+
 ROOT = Path(__file__).parents[1]
 PAGES = ("README.md", "docs/python.md")
 
@@ -30,7 +32,11 @@ def blocks(page: str) -> list[tuple[str, str | None, int]]:
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_python_runs_and_prints_the_documented_output(page: str):
+def test_python_runs_and_prints_the_documented_output(
+    page: str, tmp_path: Path, empty_database: Path, monkeypatch: pytest.MonkeyPatch
+):
+    copy_database(empty_database, tmp_path / "outputs" / "mlflow.db")
+    monkeypatch.chdir(tmp_path)  # where what is recorded goes
     documented = blocks(page)
     assert documented
     names: dict[str, Any] = {"__name__": "documented"}

@@ -11,10 +11,14 @@ normal variables that hang together as the differences do, drawn by multipliers 
 Chetverikov and Kato, "Gaussian approximations and multiplier bootstrap for maxima of sums", Ann. Statist. 41, 2013.
 Each bound is then moved outwards by the skew of its own difference (Hall, "On the removal of skewness by
 transformation", JRSS B 54, 1992), so a design with a heavy tail widens its own bounds and not those of others.
+
+Designs may have unequal numbers of periods, as after a race (`analysis.race`). Each pair is then compared over the
+periods that both have, and a tenth of the error is left to the looks at which others were stopped.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,18 +26,21 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.pairs import Pairs, PeriodPairs, ResampledPairs, cut, ratio, reach
+from rl_design_space.analysis.resampling import resample_weights
 
 #: Bootstrap samples of periods.
 RESAMPLES = 1000
 CONFIDENCE = 0.95
+#: Share of the error that remains for designs with unequal numbers of periods: a race has spent the rest.
+LAST_SHARE = 0.9
 #: Probability with which the periods that are said to decide do decide, if the measured difference is the true one.
 POWER = 0.8
-#: Designs with the best values, to which all are compared first, and a quantile that is larger than any that is found.
-_LEADERS, _FAR = 20, 6.0
+#: Designs with the best values, to which all are compared first, and factor that makes the quantile of independent
+#: differences larger than any that is found.
+_LEADERS, _LARGER = 20, 1.1
 #: Multiplications that are spent on the quantiles of designs; the designs after that get the largest quantile found.
 _WORK = 4e8
-#: Skew of a difference, over the root of the number of periods, below which it counts as symmetric.
-_NO_SKEW = 1e-6
 
 
 @dataclass(frozen=True)
@@ -63,100 +70,107 @@ def best_set(
     *,
     periods: int,
     largest_is_best: bool = False,
+    confidence: float = CONFIDENCE,
 ) -> BestSet:
     """Return which designs cannot be told from the best.
 
     Args:
         value: (designs,)
-        samples: (resamples, designs) values of resampled periods, the same periods in all designs.
-        each: (periods, designs) of which values are means; None if they are means of none. The quantile is then that of
-            the resampled differences.
+        samples: (resamples, designs) values of resampled periods, the same periods in all designs that have the same.
+        each: (periods, designs) of which values are means, NaN where a design does not have a period; None if they are
+            means of none. The quantile is then that of the resampled differences.
         periods: number of periods.
         largest_is_best: whether a large value is good.
+        confidence: with which the true best is in the set.
     """
     if largest_is_best:
         value, samples, each = -value, -samples, None if each is None else -each
-    centred = None if each is None else np.asarray(each - each.mean(axis=0), np.float32)
-    drawn = samples - value if centred is None else _multiplied(centred)
-    leader = int(value.argmin())
-    order = np.argsort(value, kind="stable")
-    doubt = np.full(len(value), -np.inf)  # how much further another design is better than the bound reaches
+    unequal = each is not None and bool(np.isnan(each).any())
+    error_left = (1 - confidence) * (LAST_SHARE if unequal else 1)
+    designs, outlying = len(value), np.zeros(0, dtype=np.intp)
+    pairs: Pairs
+    if each is None:
+        pairs = ResampledPairs(value, samples, periods)
+    else:
+        less, outlying = cut(each)
+        pairs = PeriodPairs(np.hstack([each, less]), RESAMPLES)
+    order = pairs.ranked[pairs.ranked < designs]
+    leader = int(order[0])
+    far = _LARGER * float(stats.norm.isf(error_left / (2 * designs)))
+    # How much further another design is better than the bound reaches.
+    doubt = np.full(designs + len(outlying), -np.inf)
     for other in order[:_LEADERS].tolist():
-        error, skew = _spread(samples, centred, other)
-        doubt = np.maximum(doubt, value - value[other] - error * _reach(_FAR, -skew))
-    near = np.flatnonzero(doubt <= 0)
+        error, skew = pairs.spread(other)
+        doubt = np.maximum(doubt, pairs.differences(other) - error * reach(far, -skew))
+    doubt[outlying] = np.maximum(doubt[outlying], doubt[designs:])
+    near = np.flatnonzero(doubt[:designs] <= 0)
     near = near[np.argsort(value[near], kind="stable")]
-    exact = max(1, int(_WORK / (drawn.size + samples.size)))
-    inside = np.zeros(len(value), dtype=bool)
-    loss = np.zeros(len(value))
-    decided = np.full(len(value), np.nan)
+    exact = max(1, int(_WORK / (RESAMPLES * designs + samples.size)))
+    inside = np.zeros(designs, dtype=bool)
+    loss = np.zeros(designs)
+    decided = np.full(designs, np.nan)
     quantile = 0.0
     for count, design in enumerate(near.tolist()):
-        error, skew = _spread(samples, centred, design)
+        #: The design as it is, and without its far outliers.
+        forms = [design, *(designs + np.flatnonzero(outlying == design)).tolist()]
+        spreads = [[part[:designs] for part in pairs.spread(form)] for form in forms]
         if count < exact:
-            largest = _ratio(np.asarray(drawn - drawn[:, [design]], np.float64), error).max(axis=1)
-            found = max(0.0, float(np.quantile(largest, CONFIDENCE)))
+            found = _quantile(pairs, forms, design, [error for error, _ in spreads], error_left)
             quantile = max(quantile, found)
         else:
             found = quantile
-        reach = error * _reach(found, skew)
-        bound = value - value[design] + reach
+        away = [error * reach(found, skew) for error, skew in spreads]
+        bounds = [pairs.differences(form)[:designs] + width for form, width in zip(forms, away, strict=True)]
+        bound = np.min(bounds, axis=0)
         bound[design] = 0
         if (bound >= 0).all():
             inside[design] = True
             loss = np.maximum(loss, bound)
-            gap = value[design] - value[leader]
+            gap = away[0][leader] - bounds[0][leader]
             if gap > 0:
-                decided[design] = np.ceil(
-                    periods * ((reach[leader] + stats.norm.ppf(POWER) * error[leader]) / gap) ** 2
-                )
+                wide = away[0][leader] + stats.norm.ppf(POWER) * spreads[0][0][leader]
+                decided[design] = np.ceil(pairs.periods(design)[leader] * (wide / gap) ** 2)
             elif design != leader:
                 decided[design] = np.inf
+    if unequal and each is not None:
+        samples = _of_common_periods(each, inside)
     least = samples == samples.min(axis=1, keepdims=True)
     probability = (least / least.sum(axis=1, keepdims=True)).mean(axis=0)
     return BestSet(inside, loss, probability, decided, leader)
 
 
-def _multiplied(centred: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return (draws, designs) normal variables with the covariances of the means, of (periods, designs) deviations."""
-    periods = len(centred)
-    multipliers = np.random.default_rng(0).standard_normal((RESAMPLES, periods))
-    multipliers -= multipliers.mean(axis=1, keepdims=True)
-    return np.asarray(multipliers.astype(np.float32) @ centred / np.float32(periods))
-
-
-def _spread(samples: FloatArray, centred: NDArray[np.float32] | None, design: int) -> tuple[FloatArray, FloatArray]:
-    """Return the standard errors of the differences of all designs from one, and the skew of their means.
+def best_means(each: FloatArray, confidence: float = CONFIDENCE) -> BestSet:
+    """Return which designs cannot be told from the one with the smallest mean, see `best_set`.
 
     Args:
-        samples: (resamples, designs) resampled values.
-        centred: (periods, designs) deviations from the means; None if values are means of none. No skew is known then.
-        design: whose values are subtracted.
+        each: (periods, designs), NaN where a design does not have a period.
+        confidence: with which the true best is in the set.
     """
-    if centred is None:
-        return (samples - samples[:, [design]]).std(axis=0, ddof=1), np.zeros(samples.shape[1])
-    periods = len(centred)
-    away = centred - centred[:, [design]]
-    squares = away * away
-    second = squares.mean(axis=0, dtype=np.float64)
-    squares *= away
-    skew = _ratio(squares.mean(axis=0, dtype=np.float64), second**1.5) / np.sqrt(periods)
-    return np.sqrt(second / (periods - 1)), skew
+    samples = resample_weights(len(each), 0, RESAMPLES) @ np.nan_to_num(each)
+    return best_set(np.nanmean(each, axis=0), samples, each, periods=len(each), confidence=confidence)
 
 
-def _reach(quantile: float, skew: FloatArray) -> FloatArray:
-    """Return the number of standard errors that a bound lies above each difference.
+def _quantile(pairs: Pairs, forms: Sequence[int], design: int, errors: Sequence[FloatArray], level: float) -> float:
+    """Return the number of standard errors within which all differences from a design are, but for this share.
 
     Args:
-        quantile: the number for a difference without skew.
-        skew: of the mean differences.
+        pairs: the designs.
+        forms: the design, and the same without its far outliers.
+        design: its index.
+        errors: standard errors of the differences from each form, (designs,).
+        level: the share.
     """
-    skew = np.where(np.abs(skew) < _NO_SKEW, _NO_SKEW, skew)
-    return np.asarray(np.maximum(quantile, 3 / skew * (1 - np.cbrt(1 - skew * (quantile + skew / 6)))))
+    largest = np.zeros(1)
+    for form, error in zip(forms, errors, strict=True):
+        drawn = pairs.drawn(form)[:, : len(error)]
+        drawn[:, design] = 0
+        largest = np.maximum(largest, ratio(drawn, error).max(axis=1))
+    return float(np.quantile(largest, 1 - level))
 
 
-def _ratio(away: FloatArray, error: FloatArray) -> FloatArray:
-    """Return away / error; 0 where both are 0, infinity with the sign of `away` where only the error is."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.asarray(away / error)
-    return np.where(np.isnan(ratio), 0.0, ratio)
+def _of_common_periods(each: FloatArray, designs: NDArray[np.bool_]) -> FloatArray:
+    """Return (resamples, designs) means of resampled periods that these designs have in common; infinity of others."""
+    common = each[~np.isnan(each[:, designs]).any(axis=1)]
+    samples = np.full((RESAMPLES, len(designs)), np.inf)
+    samples[:, designs] = resample_weights(len(common), 0, RESAMPLES) @ common[:, designs]
+    return samples

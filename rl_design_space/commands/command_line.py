@@ -13,7 +13,7 @@ from hydra.core.override_parser.types import Override, ValueType
 
 from rl_design_space._secrets import has_secret, without_secrets
 from rl_design_space.commands import words as command_words
-from rl_design_space.commands.intent import OWN_SWEEPER, intent_of
+from rl_design_space.commands.intent import OWN_SWEEPERS, intent_of
 from rl_design_space.config import user_config
 from rl_design_space.config.grammar import LOOK, parse, sweep_size
 from rl_design_space.config.overrides import is_override, shared
@@ -85,7 +85,7 @@ def read_command_line(arguments: Sequence[str]) -> CommandLine:
     intent = intent_of(accepted, flags.config_name)
     multirun = flags.multirun or (intent.multirun and not flags.run)
     if not intent.own_sweeper and intent.sweeps:
-        raise ConfigError(f"{intent.sweeps[0]} needs hydra/sweeper={OWN_SWEEPER}, not {intent.sweeper}")
+        raise ConfigError(f"{intent.sweeps[0]} needs hydra/sweeper={' or '.join(OWN_SWEEPERS)}, not {intent.sweeper}")
     if intent.sweeper == "basic" and multirun:  # it composes all its points before it runs any
         given = {override.key_or_group: override.value() for override in parsed}.get("max_points")
         refuse_large(prod(map(_size, parsed)), given if isinstance(given, int) else MAX_POINTS)

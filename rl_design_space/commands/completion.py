@@ -15,6 +15,8 @@ _QUERY = re.compile(r"query=(bash|zsh|fish)")
 _PROGRAMS = _, _REPORT = "rl-design-space", "rl-design-report"
 #: Words of which the first argument is something to look up.
 _LOOK_UP = ("list", "show")
+#: Arguments that look like overrides, and are none of Hydra's.
+_OWN = ("period=", "trial=")
 
 
 def answer(arguments: Sequence[str]) -> str | None:
@@ -72,7 +74,13 @@ def _command(words: Sequence[str], last: str) -> Iterator[str]:
     if word == "store" and len(words) == 1:
         yield from ("status", "compact")
         return
-    overrides = _overrides(list(filter(is_override, words)), last)
+    if word == "watch":
+        from rl_design_space.analysis.snapshot import PLACES, RANKS
+
+        yield from (*(f"period={name}" for name in RANKS), *(f"trial={name}" for name in (*PLACES, *RANKS)))
+        yield "--animate"
+        word = ""
+    overrides = _overrides([each for each in words if is_override(each) and not each.startswith(_OWN)], last)
     yield from filter(is_setting, overrides) if word else overrides
 
 

@@ -48,6 +48,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     from rl_design_space.commands.messages import tell
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.commands.watching import tell_all, tell_numbers, watched
+    from rl_design_space.report.parameters import PERIODS
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
     from rl_design_space.tracking.selection import SOURCE
@@ -69,7 +70,8 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         including = _INCLUDING.get(word, _INCLUDING_ELSEWHERE)
         tell(f"{left_out}; to include them, name their code, as in {including}")
         remarks = [f"{left_out.capitalize()}."]
-    runs = Runs.of_frame(frame, reader, command, remarks)
+    every = any(PERIODS in argument for argument in arguments)
+    runs = Runs.of_frame(frame, reader, command, remarks, every=every)
     runs.watch, runs.tell = watched, tell_all
     name = chosen.name or (word if word in BY_WORD else _name(word, figure.heading))
     paths = figure.write_runs(runs, folder / name)

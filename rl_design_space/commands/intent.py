@@ -18,7 +18,7 @@ from rl_design_space.config.explain import explained
 from rl_design_space.config.overrides import is_search_path, shared
 from rl_design_space.errors import ConfigError
 
-OWN_SWEEPER = "design"
+OWN_SWEEPERS = ("design", "race")
 #: Package of our sweeper and launchers.
 _OURS = "hydra_plugins.rl_design_space."
 #: Keys that make a command a sweep.
@@ -34,7 +34,7 @@ class Intent(NamedTuple):
         multirun: whether it asks Hydra for a sweep.
         sweeps: overrides of the command line or settings of files that need our sweeper, e.g. `study=table4`.
         sweeper: name of the sweeper.
-        own_sweeper: whether it is ours.
+        own_sweeper: whether it is one of ours.
     """
 
     multirun: bool
@@ -57,12 +57,12 @@ def intent_of(overrides: Sequence[Override], config_name: str | None = None) -> 
     if user_config.user_folder() or config_name or any(is_search_path(text) or _adds_to_hydra(text) for text in texts):
         return _of_files(overrides, config_name or CONFIG_NAME)
     values = _values(overrides)
-    sweeper = values.get("hydra/sweeper", OWN_SWEEPER)
+    sweeper = values.get("hydra/sweeper", OWN_SWEEPERS[0])
     return Intent(
         values.get("hydra.mode", "") == RunMode.MULTIRUN.name,
         tuple(f"{key}={values[key]}" for key in _SWEEPING if values.get(key, "") not in _UNUSED),
         sweeper,
-        sweeper == OWN_SWEEPER,
+        sweeper in OWN_SWEEPERS,
     )
 
 
@@ -86,7 +86,7 @@ def _of_files(overrides: Sequence[Override], config_name: str) -> Intent:
         config.hydra.mode == RunMode.MULTIRUN,
         tuple(f"{key}={value}" for key, value in values.items() if value not in _UNUSED),
         str(config.hydra.runtime.choices["hydra/sweeper"]),
-        str(config.hydra.sweeper.get("_target_")).endswith(".DesignSweeper"),
+        str(config.hydra.sweeper.get("_target_")).startswith(_OURS),
     )
 
 

@@ -16,7 +16,6 @@ from rich.text import Text
 from rl_design_space.commands import terminal
 from rl_design_space.commands.terminal import counted, duration
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.cost import expected_steps
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.outcome import describe_error
 from rl_design_space.run.runner import Missing
@@ -53,7 +52,8 @@ class Display:
         self._workers = workers
         self._console, self._clock = console, clock
         self._ended = self._failed = 0
-        self._work = self._work_left = sum(_work(planned) for planned in found.points)
+        self._works = {planned.fingerprint: found.steps_left(planned) + _OVERHEAD for planned in found.points}
+        self._work = self._work_left = sum(self._works.values())
         self._running: dict[str, str] = {}
         self._delivery = ""
         self._waiting = self._told = 0
@@ -99,7 +99,7 @@ class Display:
         """Count a recorded or failed point; print an error at once."""
         with self._lock:
             self._ended += 1
-            self._work_left -= _work(planned)
+            self._work_left -= self._works[planned.fingerprint]
             self._times.append(self._clock())
             self._failed += isinstance(result, Exception)
         if isinstance(result, Exception):
@@ -176,7 +176,3 @@ class Display:
 
 def _rate(a_second: float, what: str) -> str:
     return f"{a_second:.1f} {what}/s" if a_second >= 1 else f"{a_second * 60:.1f} {what}/min"
-
-
-def _work(planned: PlannedPoint) -> float:
-    return expected_steps(planned.point) + _OVERHEAD

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -65,7 +65,7 @@ def _sweep(
     if settings.plan:
         line = current_invocation().line
         only_planned = line is not None and line.only_planned
-        sweep_output.show_plan(plan, settings, *_recorded(plan, settings), only_planned=only_planned)
+        sweep_output.show_plan(plan, settings, recorded(plan, settings), only_planned=only_planned)
         return True
     tracker = settings.tracking.open(command)
     found = missing(plan, tracker)
@@ -128,22 +128,20 @@ def _refuse_settings(params: Mapping[str, str]) -> None:
             raise ConfigError.at(f"hydra.sweeper.params.{key}", value, expected)
 
 
-def _recorded(plan: Plan, settings: Settings) -> tuple[Collection[str], Mapping[str, int]]:
-    """Return the fingerprints of the points that are recorded, and how many others are with other code, by its name.
-
-    No store is created.
-    """
+def recorded(plan: Plan, settings: Settings) -> sweep_output.Recorded:
+    """Return which points are recorded; no store is created."""
     try:
         reader = settings.tracking.reader()
     except ConfigError:
-        return (), {}
+        return sweep_output.Recorded()
     stored = reader.finished([planned.fingerprint for planned in plan])
     left = [planned for planned in plan if planned.fingerprint not in stored]
     if not left:
-        return stored, {}
+        return sweep_output.Recorded(stored)
     from rl_design_space.tracking.selection import changed_since  # which a sweep that runs does not need
 
-    return stored, changed_since(left, reader.runs())
+    begun = {fingerprint: beginning.periods for fingerprint, beginning in reader.beginnings(left).items()}
+    return sweep_output.Recorded(stored, begun, changed_since(left, reader.runs()))
 
 
 def _run(plan: Plan, found: Missing, tracker: Tracker, settings: Settings, launcher: Launcher, command: str) -> Outcome:

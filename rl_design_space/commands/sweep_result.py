@@ -57,11 +57,30 @@ def result_lines(plan: Plan, stored: Mapping[str, StoredRun], settings: Sequence
         lines.append(f"  {_TIE if is_tied and sum(tied) > 1 else ' '} {design.steps:,.0f}{error}  {values}")
     if sum(tied) > 1:
         lines.append(f"{_TIE} {sum(tied):,} designs cannot be told from the best, without pairing their periods")
-    if mattered := _mattered(designs, names):
-        lines.append(f"mattered most for log(total steps): {mattered}")
+    return [*lines, *_what_mattered(designs, names), *more_lines(plan, settings)]
+
+
+def mattered_lines(plan: Plan, stored: Mapping[str, StoredRun]) -> list[str]:
+    """Return which choices mattered most, as a line; none if that is not known."""
+    designs = _designs(plan, stored) if len(plan) <= _MOST else []
+    return _what_mattered(designs, differing([design.parameters for design in designs])) if designs else []
+
+
+def more_lines(plan: Plan, settings: Sequence[str]) -> list[str]:
+    """Return the commands for more.
+
+    Args:
+        plan: the points of the sweep.
+        settings: overrides that choose the store.
+    """
     chosen = [f"--study={plan.studies[0]}"] if len(plan.studies) == 1 else []
     more = [shlex.join(["rl-design-report", word, *chosen, *settings]) for word in ("best", "importance")]
-    return [*lines, *(f"more: {command}" for command in more)]
+    return [f"more: {command}" for command in more]
+
+
+def _what_mattered(designs: Sequence[_Design], names: Sequence[str]) -> list[str]:
+    mattered = _mattered(designs, names)
+    return [f"mattered most for log(total steps): {mattered}"] if mattered else []
 
 
 def _designs(plan: Plan, stored: Mapping[str, StoredRun]) -> list[_Design]:

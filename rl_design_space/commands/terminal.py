@@ -100,6 +100,9 @@ def run_table(stored: StoredRun, location: str, is_new: bool) -> Table:
     """
     table = _two_columns()
     run = f"{stored.run_id} in {location}" if stored.run_id else location
+    if stored.enough:
+        reached = "" if stored.enough.is_reached else ", the precision is not reached"
+        table.add_row("periods", f"{stored.enough.periods:,}{reached}")
     table.add_row("MLflow run", escape(run if is_new else f"{run}; recorded earlier"))
     return table
 

@@ -104,6 +104,10 @@ class Composer:
         except YAMLError as error:  # in an option's file
             raise explain(error) or error from error
 
+    def options(self, group: str) -> list[str]:
+        """Return the names of the options of a config group."""
+        return list(self._loader.get_group_options(group))
+
     def _agree(self, settings: Sequence[str]) -> bool:
         """Return whether the settings of points with these are those of the sweep, whatever the points are."""
         try:

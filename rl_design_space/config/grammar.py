@@ -28,12 +28,15 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from rl_design_space._secrets import without_secrets
+from rl_design_space._yaml import as_yaml
 from rl_design_space.config.overrides import OPTION_GROUPS, is_override
 from rl_design_space.errors import ConfigError
 
 _GROUPS = frozenset((*OPTION_GROUPS, "tracking", "study", "hydra"))
 LOOK = "overrides look like key=value, e.g. exploration.k=0.02"
 _BRACKETS = {"(": ")", "[": "]", "{": "}"}
+#: Text that needs no quotes in an override: it is not read as a number, nor as one of the words of the grammar.
+_PLAIN = re.compile(r"(?!(?:true|false|null|nan|inf)$)[a-z_][\w./-]*", re.IGNORECASE)
 
 
 def parse(overrides: Sequence[str], parser: OverridesParser | None = None) -> list[Override]:
@@ -206,6 +209,11 @@ def _unclosed(text: str) -> int | None:
         elif opened and character == _BRACKETS[text[opened[-1]]]:
             opened.pop()
     return opened[-1] if opened else None
+
+
+def as_override(key: str, value: Any) -> str:
+    """Return the override that gives a key this value; text is quoted where it needs to be."""
+    return f"{key}={_quoted(value) if isinstance(value, str) and not _PLAIN.fullmatch(value) else as_yaml(value)}"
 
 
 def _quoted(value: str) -> str:

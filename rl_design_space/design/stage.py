@@ -24,7 +24,7 @@ CarryName = Literal["same_observation", "same_place", "none"]
 #: Keys of a stage that are not choices.
 _OWN_KEYS = ("layout", "carry")
 #: Choices that all stages of a period share.
-_SHARED = ("seed", "task.goals", "task.periods", "curriculum")
+_SHARED = ("seed", "curriculum", "task", *(f"task.{name}" for name in ("goals", "periods", "periods_at_most")))
 
 
 class Scene(Protocol):
@@ -82,7 +82,7 @@ def _canonical(changes: Any) -> Any:
         raise ValueError("should map dotted keys to values, as {'world.size': 10} does")
     pairs = dict(changes)
     for key in pairs:
-        if not isinstance(key, str) or key in _SHARED or key.split(".")[0] in ("seed", "curriculum"):
+        if not isinstance(key, str) or key in _SHARED or key.startswith(("curriculum.", "task.precision")):
             raise ValueError(f"{key}: all stages of a period share it; a stage may differ in anything else")
     found: dict[str, Any] = {}
     for key in sorted(pairs):

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterable
 from threading import Lock
 from time import perf_counter
 
+import numpy as np
+from numpy.typing import NDArray
+
+from rl_design_space._arrays import FloatArray
+from rl_design_space.design import Task
 from rl_design_space.learning.result import LearningCurves
 
 
 class JointLearning(ABC):
-    """The learning of one design point, which threads can join while periods are left to begin."""
+    """The learning of a fixed number of periods, which threads can join while periods are left to begin.
 
-    def __init__(self) -> None:
+    Args:
+        task: of the point.
+        begun: a result of the same point with fewer periods, which are not learned again.
+    """
+
+    def __init__(self, task: Task, begun: LearningCurves | None) -> None:
+        self._periods, self._begun = task.periods, begun
         self._shares: deque[slice] = deque()
         self._lock = Lock()
         self._working = 0
@@ -76,15 +88,43 @@ class JointLearning(ABC):
         except IndexError:
             return None
 
+    def check(self, begun: LearningCurves, optimum: NDArray[np.int32], epsilon: FloatArray) -> int:
+        """Check a result of the first periods; return their number.
+
+        Args:
+            begun: the result.
+            optimum: (periods,) fewest steps possible: they tell apart seeds, worlds and numbers of goals.
+            epsilon: (trials,) the exploration schedule.
+
+        Raises:
+            ValueError: it is not a result of the first periods of this point.
+        """
+        first, trials = len(begun.steps), begun.steps.shape[1]
+        if (
+            first >= self._periods
+            or not np.array_equal(begun.optimum, optimum[:first])
+            or not np.array_equal(begun.epsilon, epsilon)
+        ):
+            raise ValueError(
+                f"begun: a result of {first} periods of {trials} trials, which are not the first periods of this point"
+            )
+        return first
+
     def seconds(self) -> float:
-        """Return the wall time of learning, after it is complete.
+        """Return the wall time of all periods; of those that were learned before at the same rate if it is unknown.
 
         Raises:
             Exception: the error that stopped the learning.
         """
         if self._error:
             raise self._error
-        return self._ended - self._started
+        seconds = self._ended - self._started
+        if self._begun is None:
+            return seconds
+        if not math.isnan(self._begun.seconds):
+            return self._begun.seconds + seconds
+        new = self._periods - len(self._begun.steps)
+        return seconds * self._periods / new if new else seconds
 
     @abstractmethod
     def curves(self) -> LearningCurves:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 from rl_design_space._yaml import as_yaml
@@ -64,6 +65,7 @@ def parsed(spec: object) -> MeasureSpec:
     )
 
 
+@lru_cache(maxsize=256)
 def _of_text(text: str) -> MeasureSpec:
     named: dict[str, Any] = {}
     for part in text.split(","):

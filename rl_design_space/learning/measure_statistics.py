@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ from rl_design_space.errors import ConfigError
 _TINY = 1e-9
 #: Weights that are cumulated at once; few enough for the cache of a core.
 _AT_ONCE = 130_000
+#: Places of a column that are summed up one after the other, for many resamples at a time.
+_PLACES = 100
 _CVAR = re.compile(r"cvar=(\d+(?:\.\d+)?)")
 
 
@@ -64,7 +67,7 @@ class Statistic:
 
     def _of_slice(self, ordered: FloatArray, order: NDArray[np.intp], weights: FloatArray) -> FloatArray:
         found = np.empty((len(weights), ordered.shape[1]))
-        for rows in _blocks(weights):
+        for rows in _blocks(*weights.shape):
             for column, (values, places) in enumerate(zip(ordered.T, order.T, strict=True)):
                 upto = weights[rows, places].cumsum(axis=1)
                 share = np.diff(np.clip(upto, self.low, self.high), axis=1, prepend=self.low)
@@ -77,34 +80,73 @@ class Statistic:
         Resampled quantiles lie a few standard errors from the middle, so weights are summed up one by one only there.
         """
         periods, columns = ordered.shape
+        total, numbers = _counted(weights)
+        limits = (self.low - _TINY) * total, (self.low + _TINY) * total
         reach = math.ceil(3 * math.sqrt(periods)) + 1
         centre = int(self.low * periods)
         start, stop = max(0, centre - reach), min(periods, centre + reach)
-        before = np.zeros(ordered.shape)
-        np.put_along_axis(before, order[:start], 1.0, axis=0)
-        base = weights @ before
         found = np.empty((len(weights), columns))
-        for rows in _blocks(weights):
-            transposed = np.ascontiguousarray(weights[rows].T)
-            for column in range(columns):
-                upto = transposed[order[start:stop, column]]
-                upto[0] += base[rows, column]
-                np.cumsum(upto, axis=0, out=upto)
-                first, last = (place + start for place in self._places(upto))
-                if (base[rows, column] >= self.low - _TINY).any() or (last >= stop).any():
-                    first, last = self._places(transposed[order[:, column]].cumsum(axis=0))
-                last = np.minimum(last, periods - 1)
-                found[rows, column] = (ordered[first, column] + ordered[last, column]) / 2
+        every = np.arange(columns)[:, np.newaxis]
+        for rows in _blocks(len(weights), max(columns, periods // _PLACES)):
+            transposed = np.ascontiguousarray(numbers[rows].T)
+            base = _summed(transposed, order[:start])
+            first, last = (start + places for places in _places(transposed, order[start:stop], base, limits))
+            # Where the quantile of a resample lies elsewhere, weights are compared from the first one on.
+            far = (base >= limits[0]).any(axis=1) | (last >= stop).any(axis=1)
+            if far.any():
+                first[far], last[far] = _places(transposed, order[:, far], np.zeros_like(base[far]), limits)
+            last = np.minimum(last, periods - 1)
+            found[rows] = ((ordered.T[every, first] + ordered.T[every, last]) / 2).T
         return found
 
-    def _places(self, upto: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return where the weight of all values up to one of them reaches the quantile, and where it exceeds it."""
-        return (upto < self.low - _TINY).sum(axis=0), (upto < self.low + _TINY).sum(axis=0)
+
+def _counted(weights: FloatArray) -> tuple[float, NDArray[Any]]:
+    """Return weights and their sum; as small whole numbers, which is faster, if they are counts of drawn periods."""
+    periods = weights.shape[1]
+    counts = weights * periods
+    whole = np.rint(counts)
+    if periods > np.iinfo(np.int16).max or np.abs(counts - whole).max(initial=0) > _TINY:
+        return 1.0, weights
+    return float(periods), whole.astype(np.int16)
 
 
-def _blocks(weights: FloatArray) -> list[slice]:
-    rows = max(1, _AT_ONCE // weights.shape[1])
-    return [slice(start, start + rows) for start in range(0, len(weights), rows)]
+def _summed(transposed: NDArray[Any], order: NDArray[np.intp]) -> NDArray[Any]:
+    """Return the weight of some values, (columns, resamples); see `_places`."""
+    upto = np.zeros((order.shape[1], transposed.shape[1]), transposed.dtype)
+    for places in order:
+        upto += transposed[places]
+    return upto
+
+
+def _places(
+    transposed: NDArray[Any], order: NDArray[np.intp], base: NDArray[Any], limits: tuple[float, float]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return with how many of the values, in ascending order, their weight is still below each of two limits.
+
+    Args:
+        transposed: (periods, resamples) weights.
+        order: (values, columns) periods of the values in ascending order.
+        base: (columns, resamples) weight of all values before them.
+        limits: both limits.
+
+    Returns:
+        (columns, resamples) for each limit.
+    """
+    upto = base.copy()
+    # Whole numbers are compared with whole numbers, so that they need not be converted.
+    ends = [math.ceil(limit) if upto.dtype.kind == "i" else limit for limit in limits]
+    counter = np.int16 if len(order) <= np.iinfo(np.int16).max else np.int32
+    first, last = np.zeros(base.shape, counter), np.zeros(base.shape, counter)
+    for places in order:
+        upto += transposed[places]
+        first += (upto < ends[0]).view(np.int8)
+        last += (upto < ends[1]).view(np.int8)
+    return first.astype(np.intp), last.astype(np.intp)
+
+
+def _blocks(resamples: int, width: int) -> list[slice]:
+    rows = max(1, _AT_ONCE // width)
+    return [slice(start, start + rows) for start in range(0, resamples, rows)]
 
 
 MEAN = Statistic("mean", "mean over periods")

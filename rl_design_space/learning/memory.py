@@ -28,7 +28,7 @@ def check_memory(task: Task, available: float | None = None) -> None:
     Raises:
         ConfigError: the results need more memory than there is.
     """
-    available = _available() if available is None else available
+    available = available_memory() if available is None else available
     needed = task.periods * (_TRIAL * task.trials + _PLACE * (task.goals + 1) + _PERIOD)
     if needed > available:
         key = "periods" if task.periods > task.trials else "trials"
@@ -40,7 +40,7 @@ def check_memory(task: Task, available: float | None = None) -> None:
         )
 
 
-def _available() -> float:
+def available_memory() -> float:
     """Return the bytes of memory of this machine, or of the container that the process runs in."""
     try:
         memory = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.learning.archive import read_arrays, write_arrays
-from rl_design_space.learning.measures import FINAL_TRIALS, MEASURES, SCALARS, scaled_to_equal_steps
+from rl_design_space.learning.measures import MEASURES, SCALARS, scaled_to_equal_steps
 from rl_design_space.learning.stage_record import (
     STAGE_CURVE,
     StageRecord,
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from rl_design_space.design import DesignPoint
+    from rl_design_space.learning.replay import Replay
 
 #: What a file holds of a result: everything, or the learning curves only.
 Kept = Literal["periods", "curves"]
@@ -53,6 +54,7 @@ class LearningCurves:
         known_side: see `side`; None where the point tells it.
         stages: the stages of periods that have several, with their trials one after the other; `optimum` and `rows` are
             then those of the last one.
+        inside: Q-matrices, visits and paths of periods by number, if `simulate` was asked to keep them; not saved.
     """
 
     steps: NDArray[np.int32]
@@ -64,6 +66,7 @@ class LearningCurves:
     known_point: DesignPoint | None = None
     known_side: float | None = None
     stages: tuple[StageRecord, ...] = ()
+    inside: Mapping[int, Replay] = field(default_factory=dict)
 
     @property
     def point(self) -> DesignPoint:
@@ -77,19 +80,23 @@ class LearningCurves:
         return self.known_point
 
     def __repr__(self) -> str:
-        periods, trials = self.steps.shape
-        error = f" ± {self._standard_error:,.0f} (standard error)" if periods > 1 else ""
-        solved = int(self.success.all(axis=1).sum())
+        from rl_design_space.learning.result_frame import text_of
+
         final = MEASURES["final_steps_over_optimum"].each(self)
         assert final is not None
-        lines = (
-            f"LearningCurves of {periods} periods × {trials} trials",
-            f"  total steps   {self.total_steps.mean():,.0f}{error} a period",
-            f"  success       {self.success.mean():.2%} of trials; every trial in {solved} of {periods} periods",
-            f"  final policy  {final.mean():.2f} × the optimum, last {min(FINAL_TRIALS, trials)} trials",
-            f"  seconds       {self.seconds:.3f}",
-        )
-        return "\n".join(lines)
+        return text_of(self, self._standard_error if len(self.steps) > 1 else None, float(final.mean()))
+
+    def first(self, periods: int) -> LearningCurves:
+        """Return the result of the first periods: what the same point with fewer of them gives, bit for bit.
+
+        Raises:
+            ValueError: there are not so many.
+        """
+        if not 1 <= periods <= len(self.steps):
+            raise ValueError(f"periods={periods}: should be from 1 to {len(self.steps)}")
+        point = self.known_point and replace(self.known_point, task=replace(self.known_point.task, periods=periods))
+        seconds = self.seconds * periods / len(self.steps)
+        return replace(self.of_periods(slice(periods)), seconds=seconds, known_point=point)
 
     @cached_property
     def total_steps(self) -> FloatArray:

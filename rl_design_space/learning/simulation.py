@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space.design import DesignPoint, cell_count, stages_of
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.checked import observation_codes
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.joint import JointLearning
@@ -16,6 +19,8 @@ from rl_design_space.learning.lanes import Lanes, empty_lanes, side_by_side
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.precision import next_stage
+from rl_design_space.learning.replay import Part, check_periods, checked_parts, replays
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.stages import StagedLearning
 from rl_design_space.learning.streams import behaviour_states
@@ -25,19 +30,44 @@ from rl_design_space.learning.tables import learning_tables
 _CODES_IN_FLIGHT = 24_000
 
 
-def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
-    """Learn all periods of a design point.
+def simulate(
+    point: DesignPoint,
+    threads: int | None = None,
+    *,
+    begun: LearningCurves | None = None,
+    keep: Iterable[Part] = (),
+    periods: Sequence[int] | None = None,
+) -> LearningCurves:
+    """Learn all periods of a design point; as many as its precision needs, if it asks for one.
 
     Args:
         point: the design point.
         threads: number of threads that learn; all available cores if None. The result does not depend on it.
+        begun: a result of the same point with another number of periods, which are not learned again. The result does
+            not depend on it, beside the seconds.
+        keep: what to keep of the inside of periods, as `LearningCurves.inside`: `q`, the Q-matrix after the last trial;
+            `history`, the Q-matrix after each trial; `visits`; `paths`. See `Replay`.
+        periods: numbers of the periods that it is kept of; all if None.
 
     Raises:
+        ValueError: `begun` is not a result of the first periods of this point.
         ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
-            need more memory than there is.
+            need more memory than there is; or there is no such part or period to keep.
     """
-    threads = threads or available_threads()
-    learning = learning_of(point, threads)
+    if parts := checked_parts(keep):
+        check_periods(point, periods or ())
+    elif periods is not None:
+        raise ConfigError.at("periods", list(periods), 'says what is kept of which periods, so it needs keep=["q"]')
+    stage = next_stage(point, begun)
+    while isinstance(stage, DesignPoint):
+        begun = _learned(stage, threads or available_threads(), begun)
+        stage = next_stage(point, begun)
+    return replace(stage, inside=replays(stage.point, parts, periods)) if parts else stage
+
+
+def _learned(point: DesignPoint, threads: int, begun: LearningCurves | None) -> LearningCurves:
+    """Learn a fixed number of periods."""
+    learning = learning_of(point, threads, begun)
     with ThreadPoolExecutor(threads) as pool:
         for _ in range(threads - 1):
             pool.submit(learning.work)
@@ -49,36 +79,40 @@ def simulate(point: DesignPoint, threads: int | None = None) -> LearningCurves:
     return learning.curves()
 
 
-def learning_of(point: DesignPoint, threads: int = 1) -> JointLearning:
-    """Return the learning of a design point, which several threads can join.
+def learning_of(point: DesignPoint, threads: int = 1, begun: LearningCurves | None = None) -> JointLearning:
+    """Return the learning of a fixed number of periods, which several threads can join.
 
     Args:
         point: the design point.
         threads: expected number of threads. The result depends neither on it nor on the actual number.
+        begun: a result of the same point with fewer periods, which are not learned again.
 
     Raises:
+        ValueError: `begun` is not a result of the first periods of this point.
         ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
             need more memory than there is.
     """
     stages = stages_of(point)
-    return StagedLearning(point, stages, threads) if stages else Learning(point, threads)
+    return StagedLearning(point, stages, threads, begun) if stages else Learning(point, threads, begun)
 
 
 class Learning(JointLearning):
-    """The learning of a design point whose periods have one stage.
+    """The learning of a fixed number of periods of one stage.
 
     Args:
         point: the design point.
         threads: expected number of threads. The result depends neither on it nor on the actual number.
+        begun: a result of the same point with fewer periods, which are not learned again.
 
     Raises:
+        ValueError: `begun` is not a result of the first periods of this point.
         ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
             need more memory than there is.
     """
 
-    def __init__(self, point: DesignPoint, threads: int = 1) -> None:
-        super().__init__()
-        task, cells = point.task, cell_count(point.world)
+    def __init__(self, point: DesignPoint, threads: int = 1, begun: LearningCurves | None = None) -> None:
+        super().__init__(task := point.task, begun)
+        cells = cell_count(point.world)
         check_memory(task)
         self._point = point
         self._tables = learning_tables(point)
@@ -88,12 +122,13 @@ class Learning(JointLearning):
         self._steps = np.empty((task.periods, task.trials), dtype=np.int32)
         self._success = np.empty((task.periods, task.trials), dtype=np.bool_)
         self._rows = np.empty((task.periods, 2), dtype=np.int32)
+        first = self._copy(begun) if begun else 0
         self._observations, n_actions = task.goals * cells, 4 * len(self._tables.lengths)
-        self._lanes = side_by_side(task.periods, threads, bytes_each=8 * self._observations * n_actions)
+        self._lanes = side_by_side(task.periods - first, threads, bytes_each=8 * self._observations * n_actions)
         self._nothing = np.empty((0, task.goals, cells), dtype=np.int64)
         # Without periods: this compiles, or loads compiled code, outside the measured time.
         self._learn(self._nothing, 0, empty_lanes(1, self._observations, self._tables.lengths), drain=True)
-        self.begin(_shares(task.periods, threads, self._lanes, self._observations))
+        self.begin(_shares(first, task.periods, threads, self._lanes, self._observations))
 
     def curves(self) -> LearningCurves:
         """Return the result, after the learning is complete.
@@ -105,6 +140,12 @@ class Learning(JointLearning):
         return LearningCurves(
             self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds, self._point
         )
+
+    def _copy(self, begun: LearningCurves) -> int:
+        """Copy the result of the first periods; return their number."""
+        first = self.check(begun, self._optimum, self._tables.epsilon)
+        self._steps[:first], self._success[:first], self._rows[:first] = begun.steps, begun.success, begun.rows
+        return first
 
     def _work(self) -> None:
         """Learn shares until none is left; their periods overlap, so that no lane is idle in between."""
@@ -121,12 +162,12 @@ class Learning(JointLearning):
         )  # fmt: skip
 
 
-def _shares(periods: int, threads: int, side_by_side: int, codes_each: int) -> list[slice]:
-    """Split the periods into shares; a thread takes the next one when it has a free lane.
+def _shares(first: int, periods: int, threads: int, side_by_side: int, codes_each: int) -> list[slice]:
+    """Split the periods from the first one on into shares; a thread takes the next one when it has a free lane.
 
     The last shares are small, so that all threads end at about the same time, however long single periods take.
     """
-    shares, first = [], 0
+    shares = []
     while first < periods:
         even = (periods - first) // (2 * threads if threads > 1 else 1)
         size = min(max(even, side_by_side), max(1, _CODES_IN_FLIGHT // codes_each))

@@ -30,7 +30,7 @@ from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.stage_layouts import StageScene, stage_layouts
-from rl_design_space.learning.stage_record import StageRecord
+from rl_design_space.learning.stage_record import StageRecord, bounds
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
 
@@ -50,14 +50,22 @@ class StagedLearning(JointLearning):
         point: the design point.
         stages: its stages.
         threads: expected number of threads. The result depends neither on it nor on the actual number.
+        begun: a result of the same point with fewer periods, which are not learned again.
 
     Raises:
+        ValueError: `begun` is not a result of the first periods of this point.
         ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
             need more memory than there is.
     """
 
-    def __init__(self, point: DesignPoint, stages: Sequence[StagePoint], threads: int = 1) -> None:
-        super().__init__()
+    def __init__(
+        self,
+        point: DesignPoint,
+        stages: Sequence[StagePoint],
+        threads: int = 1,
+        begun: LearningCurves | None = None,
+    ) -> None:
+        super().__init__(point.task, begun)
         check_memory(replace(point.task, trials=sum(stage.point.task.trials for stage in stages)))
         self._point = point
         self._stages = [_Stage(*each) for each in zip(stages, stage_layouts(point, stages), strict=True)]
@@ -66,7 +74,8 @@ class StagedLearning(JointLearning):
         # Without periods: this compiles, or loads compiled code, outside the measured time.
         self._learn(slice(0, 0))
         values = self._met * self._stages[0].n_actions + 2 * max(stage.values for stage in self._stages)
-        self.begin(_shares(point.task.periods, threads, most=max(1, _SHARE_BYTES // (8 * values))))
+        first = self._copy(begun) if begun else 0
+        self.begin(_shares(first, point.task.periods, threads, most=max(1, _SHARE_BYTES // (8 * values))))
 
     def curves(self) -> LearningCurves:
         """Return the result, after the learning is complete; its optimum and rows are those of the last stage.
@@ -80,11 +89,24 @@ class StagedLearning(JointLearning):
             success=np.concatenate([stage.success for stage in self._stages], axis=1),
             optimum=last.optimum,
             rows=last.rows,
-            epsilon=np.concatenate([stage.tables.epsilon for stage in self._stages]),
+            epsilon=self._epsilon(),
             seconds=seconds,
             known_point=self._point,
             stages=tuple(stage.record() for stage in self._stages),
         )
+
+    def _copy(self, begun: LearningCurves) -> int:
+        """Copy the result of the first periods; return their number."""
+        first = self.check(begun, self._stages[-1].optimum, self._epsilon())
+        if len(begun.stages) != len(self._stages):
+            raise ValueError(f"begun: a result of {len(begun.stages)} stages, not {len(self._stages)}")
+        for stage, record, trials in zip(self._stages, begun.stages, bounds(begun.stages), strict=True):
+            stage.steps[:first], stage.success[:first] = begun.steps[:, trials], begun.success[:, trials]
+            stage.rows[:first], stage.carried[:first] = record.rows, record.carried
+        return first
+
+    def _epsilon(self) -> FloatArray:
+        return np.concatenate([stage.tables.epsilon for stage in self._stages])
 
     def _work(self) -> None:
         while (share := self.next_share()) is not None:
@@ -230,11 +252,12 @@ def _most_observations(stages: Sequence[StagePoint]) -> int:
     return min(states, spanned)
 
 
-def _shares(periods: int, threads: int, most: int) -> list[slice]:
-    """Split the periods into shares of about equal size, two for each of several threads."""
-    count = min(periods, max(-(-periods // most), 2 * threads if threads > 1 else 1))
-    bounds = np.linspace(0, periods, count + 1).astype(int).tolist()
-    return [slice(*pair) for pair in pairwise(bounds)]
+def _shares(first: int, periods: int, threads: int, most: int) -> list[slice]:
+    """Split the periods from the first one on into shares of about equal size, two for each of several threads."""
+    left = periods - first
+    count = min(left, max(-(-left // most), 2 * threads if threads > 1 else 1))
+    ends = np.linspace(first, periods, count + 1).astype(int).tolist()
+    return [slice(*pair) for pair in pairwise(ends)]
 
 
 def _batches(periods: int, states: int) -> Iterator[slice]:

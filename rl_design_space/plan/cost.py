@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from rl_design_space.design import DesignPoint, cell_count, stages_of
 
@@ -28,28 +28,39 @@ class Estimate:
     total: float = 0.0
 
 
-def expected_steps(point: DesignPoint) -> float:
+def expected_steps(point: DesignPoint, begun: int = 0) -> float:
     """Return the approximate number of steps of a point, over all trials and periods.
 
     It is accurate enough to start with the longest points and to estimate when a sweep ends.
+
+    Args:
+        point: the design point.
+        begun: number of its periods that have been learned.
     """
     if stages := stages_of(point):
         return sum(expected_steps(stage.point) for stage in stages)
     task, cells = point.task, cell_count(point.world)
     distance = sum(point.world.shape) / 4
     period: float = task.goals * (_FIRST * cells**_GROWTH + _OVER * distance * task.trials)
-    return task.periods * min(period, task.trials * task.max_steps)
+    return max(0, task.periods - begun) * min(period, task.trials * task.max_steps)
 
 
-def estimate(points: Iterable[DesignPoint], threads: int, record: float) -> Estimate:
+def at_most(point: DesignPoint) -> DesignPoint:
+    """Return a point with the most periods that it may need."""
+    task = point.task
+    return point if task.precision is None else replace(point, task=task.with_periods(task.periods_at_most))
+
+
+def estimate(points: Sequence[DesignPoint], threads: int, record: float, begun: Sequence[int] = ()) -> Estimate:
     """Return approximately how long these points take to learn and record.
 
     Args:
         points: the points.
         threads: number of threads that learn; one more thread records.
         record: seconds to record a point.
+        begun: how many periods of each point have been learned; none if it is empty.
     """
-    steps = [expected_steps(point) for point in points]
+    steps = [expected_steps(*each) for each in zip(points, begun or [0] * len(points), strict=True)]
     if not steps:
         return Estimate()
     learning, recording = sum(steps) * _STEP + len(steps) * _POINT, len(steps) * record

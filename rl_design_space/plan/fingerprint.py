@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass, replace
 from types import FunctionType
 from typing import Any
@@ -27,12 +27,31 @@ def fingerprint(point: DesignPoint) -> str:
     Raises:
         ConfigError: a field of an option is not a plain value, or a user component has no source.
     """
+    return _digest(_point(point))
+
+
+def fingerprints_by_periods(point: DesignPoint, periods: Iterable[int]) -> dict[str, int]:
+    """Return numbers of periods by the fingerprint of the same point with exactly so many."""
+    content, found = _point(replace(point, task=point.task.with_periods(1))), {}
+    for number in periods:
+        for part in (content["point"], *(stage["point"] for stage in content.get("stages", ()))):
+            part["task"]["periods"] = number
+        found[_digest(content)] = number
+    return found
+
+
+def _point(point: DesignPoint) -> dict[str, Any]:
+    """Return what determines the results of a point: its values, and its stages if it has several."""
     stages = [
         {"point": _content(stage.point), "layout": stage.layout, "carry": _content(stage.carry)}
         for stage in stages_of(point)
     ]
     alone = point if point.curriculum == Stages() else replace(point, curriculum=Stages())
-    content = {"kernel": KERNEL_VERSION, "point": _content(alone), **({"stages": stages} if stages else {})}
+    return {"point": _content(alone), **({"stages": stages} if stages else {})}
+
+
+def _digest(point: dict[str, Any]) -> str:
+    content = {"kernel": KERNEL_VERSION, **point}
     try:
         canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     except (TypeError, ValueError) as error:

@@ -5,16 +5,22 @@ from __future__ import annotations
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, overload
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, overload
 
 from rl_design_space.config import user_config
 from rl_design_space.config.overrides import is_setting, with_absent
 from rl_design_space.design import DesignPoint
 from rl_design_space.plan.code_identity import source_parameters
 from rl_design_space.plan.cost import expected_steps
-from rl_design_space.plan.describe import parameters, present_fields
+from rl_design_space.plan.describe import parameters, present_fields, resolved_config
 from rl_design_space.plan.fingerprint import fingerprint
+
+if TYPE_CHECKING:
+    from rl_design_space.learning.result import LearningCurves
+
+#: Beginnings of the overrides of the number of periods.
+_PERIODS = ("task.periods=", "task.periods_at_most=", "task.precision=", "task.precision_of=")
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +33,7 @@ class PlannedPoint:
         overrides: the command-line overrides that describe the point.
         studies: names of the studies that the point belongs to.
         fingerprint: the identity of the point, see `plan.fingerprint`.
+        begun: a result of its first periods, which are not learned again.
     """
 
     point: DesignPoint
@@ -34,6 +41,7 @@ class PlannedPoint:
     overrides: tuple[str, ...]
     studies: tuple[str, ...]
     fingerprint: str
+    begun: LearningCurves | None = field(default=None, compare=False, repr=False)
 
     @classmethod
     def of(
@@ -51,6 +59,23 @@ class PlannedPoint:
         return cls(point, options, overrides, studies, fingerprint(point))
 
     @property
+    def periods_begun(self) -> int:
+        """Number of periods that are not learned again."""
+        return 0 if self.begun is None else len(self.begun.steps)
+
+    def with_periods(self, periods: int, begun: LearningCurves | None = None) -> PlannedPoint:
+        """Return the same point with exactly so many periods, whatever number or precision it asks for.
+
+        Args:
+            periods: their number.
+            begun: a result of the first of them.
+        """
+        point = replace(self.point, task=self.point.task.with_periods(periods))
+        others = (override for override in self.overrides if not override.lstrip("+").startswith(_PERIODS))
+        overrides = (*others, f"{_PERIODS[0]}{periods}")
+        return replace(self, point=point, overrides=overrides, fingerprint=fingerprint(point), begun=begun)
+
+    @property
     def parameters(self) -> dict[str, Any]:
         """Every choice by its name on the command line: options first, then values.
 
@@ -58,8 +83,18 @@ class PlannedPoint:
         """
         present = present_fields(self.point)
         options = {group: option for group, option in self.options.items() if group in present}
-        own = dict(pair for field in present for pair in source_parameters(getattr(self.point, field), field))
+        own = dict(pair for name in present for pair in source_parameters(getattr(self.point, name), name))
         return {**options, **own, **parameters(self.point)}
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """The point as a nested config, with every `_target_` and every value."""
+        return resolved_config(self.point)
+
+    @property
+    def measured_by(self) -> str:
+        """The name of the program that measured its result; empty if this package learns it."""
+        return ""
 
     @property
     def name(self) -> str:

@@ -13,6 +13,7 @@ from rl_design_space.config.assemble import Parts
 from rl_design_space.config.build import make_point
 from rl_design_space.config.compose import Composer, parts_of, shipped_config
 from rl_design_space.design import DesignPoint
+from rl_design_space.learning.precision import Precision
 from rl_design_space.plan.component_check import ComponentCheck
 from rl_design_space.plan.plan import PlannedPoint
 
@@ -96,5 +97,7 @@ def point_from_overrides(overrides: Sequence[str] = (), config_dir: str | Path |
 
 def _planned(parts: Parts, overrides: Sequence[str], studies: tuple[str, ...], check: ComponentCheck) -> PlannedPoint:
     point = make_point(parts.values)
+    if rule := Precision.of_task(point.task):
+        rule.check()
     check(point)
     return PlannedPoint.of(point, parts.options, tuple(overrides), studies)

@@ -64,9 +64,11 @@ class Best(Report):
         probability_best, periods_to_decide.
         """
         designs = Designs(runs, chosen(runs, self.given))
-        numbers, _ = designs.numbers(self._measure, RESAMPLES)
+        own = designs.of_own_periods(self._measure, RESAMPLES)
+        numbers = own or designs.numbers(self._measure, RESAMPLES)[0]
+        periods = designs.most_periods if own else designs.periods
         descending = measure(self._measure).largest_is_best
-        found = compared(numbers, designs.periods, self._measure)
+        found = compared(numbers, periods, self._measure)
         low, high = percentile_interval(numbers.samples)
         names = designs.names
         rows = pd.DataFrame(
@@ -80,7 +82,7 @@ class Best(Report):
             }
         )
         rows = rows.sort_values("value", ascending=not descending, kind="stable")
-        about = pd.DataFrame({"periods": [designs.periods], "note": [" ".join(designs.remarks())]})
+        about = pd.DataFrame({"periods": [periods], "note": [" ".join(designs.remarks(own=own is not None))]})
         return {MAIN: rows.reset_index(drop=True), _ABOUT: about}
 
     def csv(self, frames: Frames) -> Frames:

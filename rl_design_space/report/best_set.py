@@ -34,10 +34,11 @@ def among_best(cells: Sequence[Sequence[Point]], runs: Runs, value: str) -> list
         designs = Designs(runs, [point for points in filled for point in points])
         if len(designs) != len(filled):
             return None  # cells that are means over designs
-        numbers, _ = designs.numbers(value, RESAMPLES)
+        own = designs.of_own_periods(value, RESAMPLES)
+        numbers, periods = own or designs.numbers(value, RESAMPLES)[0], designs.most_periods if own else designs.periods
     except ConfigError:
         return None  # no common periods, or none kept
-    inside = iter(compared(numbers, designs.periods, value).inside.tolist())
+    inside = iter(compared(numbers, periods, value).inside.tolist())
     return [bool(points) and next(inside) for points in recorded]
 
 

@@ -8,8 +8,8 @@ from typing import Any, Self
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
-from rl_design_space.report.parameters import SEED, order
-from rl_design_space.report.points import Point, allowing, by_design, having
+from rl_design_space.report.parameters import order
+from rl_design_space.report.points import Point, allowing, by_design, different_choices, having
 from rl_design_space.tracking.selection import Where
 
 
@@ -80,8 +80,7 @@ class ChosenPoints:
 
     def _not_one(self, where: Where, found: Sequence[Point]) -> ConfigError:
         wanted = " ".join(f"{name}={value}" for name, value in where.items())
-        names = differing([point.parameters for point in found])
-        others = [name for name in names if name != SEED] or names
+        others = different_choices(found) or differing([point.parameters for point in found])
         differ = f"; they differ in {', '.join(others)}" if others else ""
         return ConfigError(f"{wanted}: should be one point of {self._name}, not {len(found)}{differ}")
 

@@ -123,26 +123,21 @@ class Compare(Report):
         name = label(side, side.values())
         for points in found.values():
             advice = f"name its value beside {name}"
-            check_averaged([point.parameters for point in points], f"side ({name})", advice, self.mean)
+            check_averaged([point.choices for point in points], f"side ({name})", advice, self.mean)
         return found
 
     def _pair(self, runs: Runs, ours: Sequence[Point], theirs: Sequence[Point], rest: Mapping[str, Any]) -> _Pair:
         before, after = (self._results(runs, points) for points in (ours, theirs))
-        numbers = [len(side[0].steps) for side in (before, after)]
-        if numbers[0] != numbers[1]:
-            raise ConfigError(
-                f"task.periods: {numbers[0]} and {numbers[1]} periods cannot be paired; compare runs of one number"
-            )
+        common = min(len(each.steps) for each in (*before, *after))
+        before, after = ([each.first(common) for each in side] for side in (before, after))
         designs = tuple(repetition(point).design for point in (*ours, *theirs))
         return _Pair(before, after, Repetition(designs, rest.get(SEED)))
 
     def _results(self, runs: Runs, points: Sequence[Point]) -> list[LearningCurves]:
-        """Return the results of the points of one side, equally many periods of each."""
+        """Return the results of the points of one side."""
         results = [result for point in points if (result := runs.kept(point))]
         if len(results) < len(points):
             raise ConfigError(f"{self.value}: is not known period by period for {_described(points[0])}")
-        if len({len(each.steps) for each in results}) > 1:
-            raise ConfigError(f"task.periods: {len(points)} runs of one side have different numbers of periods")
         return results
 
     def draw(self, frames: Frames) -> Figure:
@@ -204,7 +199,8 @@ def _wanted(side: str) -> dict[str, Any]:
 def _rest(point: Point, compared: set[str]) -> _Rest:
     """Return everything in which both points of a pair are equal: all but what is compared and its values."""
     prefixes = tuple(f"{name}." for name in compared)
-    rest = {name: value for name, value in point.parameters.items() if name not in compared}
+    known = {**point.choices, SEED: point.parameters.get(SEED)}
+    rest = {name: value for name, value in known.items() if name not in compared}
     return tuple(sorted((name, value) for name, value in rest.items() if not name.startswith(prefixes)))
 
 

@@ -54,7 +54,7 @@ class Curves(Report):
         parts = []
         for key, points in lines.items():
             name = label(self.by, key)
-            parameters = [point.parameters for point in points]
+            parameters = [point.choices for point in points]
             check_averaged(parameters, f"line ({name})", "give them lines with --by", self.mean)
             lengths = {len(runs.curve(point, self.curve)) for point in points}
             if len(lengths) > 1:

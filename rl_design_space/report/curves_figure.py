@@ -22,11 +22,9 @@ from rl_design_space.config.build import construct
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report, Text
 from rl_design_space.report.markdown import table
-from rl_design_space.report.parameters import SEED
-from rl_design_space.report.points import Point, by_design
+from rl_design_space.report.points import Point, by_design, different_choices
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import (
     DASHES,
@@ -178,7 +176,7 @@ class CurvesFigure(Report):
         for panel in self.built_panels():
             for family, where in self.families.items():
                 points = runs.where({**panel.where, **where})
-                joined = len([name for name in differing([p.parameters for p in points]) if name != SEED]) <= 1
+                joined = len(different_choices(points)) <= 1
                 for seeds in by_design(points):
                     if result := runs.pooled(seeds):
                         names = {"panel": panel.title, "family": family, "point": seeds[0].planned.name}

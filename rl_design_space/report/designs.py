@@ -117,13 +117,24 @@ class Designs:
         self.parameters = [self.parameters[rank] for rank in ranks]
         return self
 
-    def remarks(self) -> list[str]:
-        """Return which periods count, as sentences."""
+    @property
+    def most_periods(self) -> int:
+        """Largest number of periods of a design, those of the seeds together that all designs have."""
+        return max(sum(_periods(each[seed]) for seed in self.seeds) for each in self._points)
+
+    def remarks(self, *, own: bool = False) -> list[str]:
+        """Return which periods count, as sentences.
+
+        Args:
+            own: whether each design counts with all its periods, see `of_own_periods`.
+        """
         seeds = f" of {len(self.seeds)} seeds" if len(self.seeds) > 1 else ""
+        if own:
+            span = f"{self.periods:,} to {self.most_periods:,} periods{seeds}"
+            return [f"{len(self):,} designs of {span}, each two paired by the periods that both have."]
         parts = [f"{len(self):,} designs, paired by the {self.periods:,} periods{seeds} that all of them have."]
-        most = max(sum(map(_periods, seeds.values())) for seeds in self._points)
-        if most > self.periods:
-            parts.append(f"Some have up to {most:,} periods; those that others do not have are left out.")
+        if self.most_periods > self.periods:
+            parts.append(f"Some have up to {self.most_periods:,} periods; those that others do not have are left out.")
         return [" ".join(parts)]
 
     def grids(self) -> Grids:
@@ -142,15 +153,19 @@ class Designs:
         Raises:
             ConfigError: a run did not keep its periods.
         """
+        for parts in self._whole_results(what):
+            yield pooled([_first(part, periods) for part, periods in zip(parts, self.seeds.values(), strict=True)])
+
+    def _whole_results(self, what: str) -> Iterator[list[LearningCurves]]:
+        """Yield the results of each design, one for each seed."""
         for seeds in self._runs.watch(self._points, what):
             parts = []
-            for seed, periods in self.seeds.items():
+            for seed in self.seeds:
                 result = self._runs.result(seeds[seed])
                 assert result is not None  # of a recorded point
                 self._runs.forget(seeds[seed])
-                cut: dict[str, Any] = {name: getattr(result, name)[:periods] for name in _OF_PERIODS}
-                parts.append(replace(result, **cut))
-            yield pooled(parts)
+                parts.append(result)
+            yield parts
 
     def numbers(
         self, name: str, resamples: int, also: Callable[[LearningCurves], FloatArray] | None = None
@@ -182,10 +197,40 @@ class Designs:
             return of_periods(np.stack(each, axis=1), resamples), more
         return Numbers(np.concatenate(values), np.stack(samples, axis=1), None), more
 
+    def of_own_periods(self, name: str, resamples: int) -> Numbers | None:
+        """Return a measure of each design over all its periods, NaN for those that only others have.
+
+        None if all designs have the same number, or the measure is no mean of periods.
+        """
+        if self.most_periods == self.periods:
+            return None
+        measured = measure(name)
+        lengths = {seed: max(_periods(each[seed]) for each in self._points) for seed in self.seeds}
+        each = np.full((sum(lengths.values()), len(self)), np.nan)
+        for design, parts in enumerate(self._whole_results("reading runs")):
+            begin = 0
+            for part, length in zip(parts, lengths.values(), strict=True):
+                numbers = measured.each(part)
+                if numbers is None:
+                    return None
+                each[begin : begin + len(numbers), design] = numbers
+                begin += length
+        return of_periods(each, resamples)
+
 
 def of_periods(each: FloatArray, resamples: int) -> Numbers:
-    """Return the means of (periods, designs) numbers, with resampled ones."""
-    return Numbers(each.mean(axis=0), resample_weights(len(each), 0, resamples) @ each, each)
+    """Return the means of (periods, designs) numbers, with resampled ones; NaN where a design does not have a period.
+
+    The same periods are resampled in all designs that have the same.
+    """
+    has = ~np.isnan(each)
+    if has.all():
+        return Numbers(each.mean(axis=0), resample_weights(len(each), 0, resamples) @ each, each)
+    samples = np.empty((resamples, each.shape[1]))
+    for pattern in np.unique(has, axis=1).T:
+        members = (has == pattern[:, np.newaxis]).all(axis=0)
+        samples[:, members] = resample_weights(int(pattern.sum()), 0, resamples) @ each[np.ix_(pattern, members)]
+    return Numbers(np.nanmean(each, axis=0), samples, each)
 
 
 def chosen(runs: Runs, given: Mapping[str, Any]) -> list[Point]:
@@ -206,6 +251,12 @@ def given_label(given: Mapping[str, Any]) -> str:
     """Return what is given as the end of a heading; empty if nothing is."""
     values = [",".join(map(text, value)) if isinstance(value, list) else value for value in given.values()]
     return f", given {label(given, values)}" if given else ""
+
+
+def _first(result: LearningCurves, periods: int) -> LearningCurves:
+    """Return the result of the first periods."""
+    cut: dict[str, Any] = {name: getattr(result, name)[:periods] for name in _OF_PERIODS}
+    return replace(result, **cut)
 
 
 def _periods(point: Point) -> int:

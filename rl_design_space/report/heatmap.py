@@ -69,7 +69,7 @@ class Heatmap(Report):
                 points = [point for point in rows[row] if point.key(self.cols) == column]
                 where = f"cell ({label(self.rows, row)}, {label(self.cols, column)})"
                 advice = "give them an axis with --rows or --cols"
-                check_averaged([point.parameters for point in points], where, advice, self.mean)
+                check_averaged([point.choices for point in points], where, advice, self.mean)
                 estimate = runs.estimate(points, self.value)
                 names = dict(zip((*self.rows, *self.cols), (*row, *column), strict=True))
                 recorded = sum(point.run is not None for point in points)

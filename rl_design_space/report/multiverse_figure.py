@@ -18,11 +18,9 @@ from matplotlib.ticker import FuncFormatter
 
 from rl_design_space.analysis.multiverse.marks import CLEAR
 from rl_design_space.report.cells import colour_bar, colour_cells, write
-from rl_design_space.report.multiverse_points import DECIDED
+from rl_design_space.report.multiverse_points import AND, DECIDED
 from rl_design_space.report.style import BLUE, GREY, VERMILION, styled, tidy
 
-#: Between the names of readings that are taken together.
-AND = " + "
 #: Factors from the limit at which a specification curve is cut.
 MOST = 4.0
 #: Places of a specification curve that a small picture shows.

@@ -39,8 +39,9 @@ def joint_frame(found: Mapping[str, ClaimOutcomes], space: Space, roles: Mapping
     if not claims:
         return pd.DataFrame(columns=_COLUMNS)
     statistics = max((role.statistics for role in roles.values()), key=len, default=("mean",))
-    shape = len(space.readings), len(statistics), len(space.thresholds)
-    away = np.array([len(reading) for reading in space.readings])
+    readings = space.readings[: space.every]
+    shape = len(readings), len(statistics), len(space.thresholds)
+    away = np.array([len(reading) for reading in readings])
     departures = np.add.outer(np.add.outer(away, np.arange(shape[1]) > 0), np.arange(shape[2]) > 0).astype(int)
     every = np.ones(shape, np.bool_)
     registered = [each.claim for each in claims if each.holds[0, 0, 0, 0]]

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.bounds import Bounds
+from rl_design_space.analysis.bounds import Bounds, known, stacked
 from rl_design_space.analysis.multiverse.effects import Where
-from rl_design_space.analysis.parts.measured import measured
+from rl_design_space.analysis.parts.measured import has_trials, measured
 from rl_design_space.analysis.statistics import resample_weights
 from rl_design_space.learning.cores import available_threads
-from rl_design_space.learning.measures import CurveMeasure, measure
+from rl_design_space.learning.measure_statistics import Statistic
+from rl_design_space.learning.measures import CurveMeasure, PeriodMeasure, measure
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.report.multiverse_points import ReadPoints
+from rl_design_space.report.multiverse_points import Base, ReadPoints
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
 
@@ -25,7 +25,12 @@ from rl_design_space.report.runs import Runs
 RESAMPLES = 200
 #: Results that are held in memory at once.
 _AT_ONCE = 64
-_NOTHING = np.ones(1)
+#: Stands for the numbers of a point under one reading.
+_NOTHING = np.ones((1, 1))
+#: Size of a product of matrices, rows by columns by what is summed up, up to which linear algebra uses one thread.
+_ONE_THREAD = 260_000
+#: Stands for the columns of a curve, one for each trial.
+_CURVE = ""
 #: Stands for a parameter in which any two points differ.
 _ANY = "fingerprint"
 
@@ -95,21 +100,44 @@ class Numbers:
 
 
 def _measured(result: LearningCurves, names: Sequence[str], weights: FloatArray) -> dict[str, Bounds]:
-    """Return measures of a point; those of a curve share it, as resampled median curves take the most time."""
-    curves: dict[str, FloatArray] = {}
-    found = {}
-    for name in names:
-        of = measure(name)
+    """Return measures of a point, without those that it has too few trials for.
+
+    Resampled medians take the most time, less if those of all columns, trials of a curve and numbers of periods, are
+    found at once.
+    """
+    measures = {name: measure(name) for name in names if has_trials(name, result)}
+    columns: dict[Statistic, dict[str, FloatArray]] = {}
+    for name, of in measures.items():
         if isinstance(of, CurveMeasure):
-            if (statistic := of.statistic).name not in curves:
-                curves[statistic.name] = statistic.of(result.over_optimum, weights)
-            samples = of.of(curves[statistic.name])
+            columns.setdefault(of.statistic, {})[_CURVE] = result.over_optimum
+        elif isinstance(of, PeriodMeasure) and not of.statistic.is_mean:
+            columns.setdefault(of.statistic, {})[name] = of.of(result)[:, np.newaxis]
+    samples = {statistic: _samples(statistic, of, weights) for statistic, of in columns.items()}
+    found = {}
+    for name, of in measures.items():
+        if isinstance(of, CurveMeasure):
+            numbers = of.of(samples[of.statistic][_CURVE])
             never = of.censored_at(result)
-            found[name] = Bounds(samples, samples if never is None else np.where(samples >= never, np.inf, samples))
+            found[name] = Bounds(numbers, numbers if never is None else np.where(numbers >= never, np.inf, numbers))
+        elif isinstance(of, PeriodMeasure) and not of.statistic.is_mean:
+            found[name] = known(samples[of.statistic][name][:, 0])
         else:
-            with suppress(LookupError):  # too few trials for it, as in a quick look
-                found[name] = measured(name, result, weights)
+            found[name] = measured(name, result, weights)
     return found
+
+
+def _samples(statistic: Statistic, columns: Mapping[str, FloatArray], weights: FloatArray) -> dict[str, FloatArray]:
+    """Return a statistic of each column, in blocks that are too small for linear algebra to start threads for.
+
+    There is a thread for each core already, and more of them would wait for each other.
+    """
+    values = np.concatenate(list(columns.values()), axis=1)
+    rows = max(1, _ONE_THREAD // values.size) if statistic.is_mean else len(weights)
+    found = np.concatenate(
+        [statistic.of(values, block) for block in np.split(weights, range(rows, len(weights), rows))]
+    )
+    ends = np.cumsum([each.shape[1] for each in columns.values()])[:-1]
+    return dict(zip(columns, np.split(found, ends, axis=1), strict=True))
 
 
 class Asked:
@@ -121,7 +149,7 @@ class Asked:
 
     def __init__(self, points: ReadPoints) -> None:
         self._points = points
-        self.noted: dict[tuple[Hashable, str], None] = {}
+        self.noted: dict[tuple[Base, str], None] = {}
 
     def one(self, where: Where, measure: Any) -> Bounds:
         self.noted[self._points.one(where), measure] = None
@@ -132,41 +160,42 @@ class Asked:
         self.noted.update({(base, measure): None for base in found.values()})
         return {value: Bounds(_NOTHING, _NOTHING) for value in found}
 
-    def exploration(self, where: Where, parameter: str) -> Mapping[Any, float]:
-        return dict.fromkeys(by_value(self._points, where, parameter), 1.0)
+    def exploration(self, where: Where, parameter: str) -> Mapping[Any, FloatArray]:
+        return dict.fromkeys(by_value(self._points, where, parameter), _NOTHING[0])
 
 
-class UnderReading:
-    """A source of effects under one reading.
+class UnderReadings:
+    """A source of effects under several readings at once.
 
     Args:
         points: all points.
         numbers: their measures.
-        reading: numbers of its alternatives.
+        read: the points as each reading changes them.
     """
 
-    def __init__(self, points: ReadPoints, numbers: Numbers, reading: Iterable[int]) -> None:
+    def __init__(self, points: ReadPoints, numbers: Numbers, read: Sequence[Mapping[Base, Point]]) -> None:
         self._points = points
         self._numbers = numbers
-        self._reading = tuple(reading)
+        self._read = read
 
     def one(self, where: Where, measure: Any) -> Bounds:
-        return self._numbers.of(self._read(self._points.one(where)), measure)
+        return self._of(self._points.one(where), measure)
 
     def by(self, where: Where, parameter: str, measure: Any) -> Mapping[Any, Bounds]:
-        return {value: self._numbers.of(point, measure) for value, point in self._each(where, parameter)}
+        return {value: self._of(base, measure) for value, base in by_value(self._points, where, parameter).items()}
 
-    def exploration(self, where: Where, parameter: str) -> Mapping[Any, float]:
-        return {value: self._numbers.exploration(point) for value, point in self._each(where, parameter)}
+    def exploration(self, where: Where, parameter: str) -> Mapping[Any, FloatArray]:
+        found = by_value(self._points, where, parameter)
+        return {
+            value: np.array([self._numbers.exploration(read[base]) for read in self._read])
+            for value, base in found.items()
+        }
 
-    def _each(self, where: Where, parameter: str) -> Iterator[tuple[Any, Point]]:
-        return ((value, self._read(base)) for value, base in by_value(self._points, where, parameter).items())
-
-    def _read(self, base: Hashable) -> Point:
-        return self._points.read(base, self._reading)
+    def _of(self, base: Base, measure: str) -> Bounds:
+        return stacked([self._numbers.of(read[base], measure) for read in self._read])
 
 
-def by_value(points: ReadPoints, where: Where, parameter: str) -> dict[Any, Hashable]:
+def by_value(points: ReadPoints, where: Where, parameter: str) -> dict[Any, Base]:
     """Return the points of the decided reading that have these values, by their value of another parameter."""
     found = points.where(where)
     return {base if parameter == _ANY else points.bases[base].parameters[parameter]: base for base in found}

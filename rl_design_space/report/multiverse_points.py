@@ -13,10 +13,14 @@ from rl_design_space.tracking.selection import Where, comparable, matches
 
 #: The reading without departures.
 DECIDED = "as decided"
+#: Between the names of readings that are taken together.
+AND = " + "
 #: Parameters that do not tell points of a multiverse apart.
 _APART = ("task.periods",)
 #: Values of parameters that a reading changes.
 Departure = frozenset[tuple[str, Hashable]]
+#: Number of a point of the decided reading.
+Base = int
 
 
 @dataclass(frozen=True)
@@ -72,15 +76,26 @@ def alternatives(readings: Mapping[str, Where], apart: Mapping[str, str], points
     return found
 
 
-def readings_of(found: Sequence[Alternative]) -> list[frozenset[int]]:
-    """Return the readings by the numbers of their alternatives: none, each alone, and all pairs that go together."""
-    pairs = [
+def readings_of(found: Sequence[Alternative], order: int) -> list[frozenset[int]]:
+    """Return the readings by the numbers of their alternatives: none, each alone, and all that go together.
+
+    Args:
+        found: the alternatives.
+        order: largest number of alternatives in a reading.
+    """
+    apart = {
         frozenset(pair)
         for pair in combinations(range(len(found)), 2)
-        if not {key for key, _ in found[pair[0]].departure} & {key for key, _ in found[pair[1]].departure}
-        or found[pair[0]].of != found[pair[1]].of
+        if {key for key, _ in found[pair[0]].departure} & {key for key, _ in found[pair[1]].departure}
+        and found[pair[0]].of == found[pair[1]].of
+    }
+    several = [
+        frozenset(together)
+        for size in range(2, order + 1)
+        for together in combinations(range(len(found)), size)
+        if not any(frozenset(pair) in apart for pair in combinations(together, 2))
     ]
-    return [frozenset(), *(frozenset({number}) for number in range(len(found))), *pairs]
+    return [frozenset(), *(frozenset({number}) for number in range(len(found))), *several]
 
 
 @dataclass(frozen=True)
@@ -89,19 +104,22 @@ class Space:
 
     Attributes:
         alternatives: other readings of single places.
-        readings: by the numbers of their alternatives.
+        readings: by the numbers of their alternatives; those that every claim is judged under are first.
+        every: number of readings that every claim is judged under; those after them are for claims that have their
+            points.
         thresholds: names of the sets of limits.
         decided: values of the parameters that readings change.
     """
 
     alternatives: Sequence[Alternative]
     readings: Sequence[frozenset[int]]
+    every: int
     thresholds: Sequence[str]
     decided: Mapping[str, Any]
 
     def reading(self, number: int) -> str:
         """Return the name of a reading."""
-        return " + ".join(self.alternatives[each].name for each in sorted(self.readings[number])) or DECIDED
+        return AND.join(self.alternatives[each].name for each in sorted(self.readings[number])) or DECIDED
 
     @property
     def says(self) -> list[tuple[str, str]]:
@@ -125,12 +143,14 @@ class ReadPoints:
         self._decided = {key: comparable(value) for key, value in decided.items()}
         self._common = common
         self._alternatives = found
-        self._points: dict[tuple[Hashable, Departure], Point] = {}
-        self._found: dict[str, list[Hashable]] = {}
-        #: Points of the decided reading, by what tells them apart.
-        self.bases: dict[Hashable, Point] = {}
+        self._points: dict[tuple[Base, Departure], Point] = {}
+        self._found: dict[str, list[Base]] = {}
+        #: Points of the decided reading, by the number of what tells them apart.
+        self.bases: dict[Base, Point] = {}
+        self._changed: dict[tuple[Base, int], Departure] = {}
+        numbers: dict[Hashable, Base] = {}
         for point in points:
-            base, departure = self._base(point), self._departure(point)
+            base, departure = numbers.setdefault(self._base(point), len(numbers)), self._departure(point)
             known = self._points.get((base, departure))
             if known is None or (known.run is None and point.run is not None):
                 self._points[base, departure] = point
@@ -138,7 +158,7 @@ class ReadPoints:
             if not departure:
                 self.bases[base] = point
 
-    def where(self, where: Where) -> Sequence[Hashable]:
+    def where(self, where: Where) -> Sequence[Base]:
         """Return the points of the decided reading that have these values.
 
         Raises:
@@ -152,7 +172,7 @@ class ReadPoints:
             raise LookupError(f"no point has {key}")
         return self._found[key]
 
-    def one(self, where: Where) -> Hashable:
+    def one(self, where: Where) -> Base:
         """Return the only point of the decided reading that has these values.
 
         Raises:
@@ -164,7 +184,7 @@ class ReadPoints:
             raise ConfigError(f"{_text(where)}: should be one point of the multiverse, not {len(found)}")
         return found[0]
 
-    def read(self, base: Hashable, reading: Iterable[int]) -> Point:
+    def read(self, base: Base, reading: Iterable[int]) -> Point:
         """Return a point as a reading changes it: by the alternatives that are about it.
 
         Raises:
@@ -175,14 +195,20 @@ class ReadPoints:
             raise LookupError(f"not in this study: {_text(dict(departure))} for {self.bases[base].planned.name}")
         return self._points[base, departure]
 
-    def departure(self, base: Hashable, reading: Iterable[int]) -> Departure:
+    def has(self, bases: Iterable[Base], reading: Iterable[int]) -> bool:
+        """Return whether the study has all of these points as a reading changes them."""
+        return all((base, self.departure(base, reading)) in self._points for base in bases)
+
+    def departure(self, base: Base, reading: Iterable[int]) -> Departure:
         """Return what a reading changes of a point: by the alternatives that are about it and make another point."""
-        found: Departure = frozenset()
-        for number in reading:
+        return frozenset().union(*(self._change(base, number) for number in reading))
+
+    def _change(self, base: Base, number: int) -> Departure:
+        if (base, number) not in self._changed:
             each = self._alternatives[number]
-            if self.bases[base].has(each.of) and (base, each.departure) in self._points:
-                found |= each.departure
-        return found
+            acts = self.bases[base].has(each.of) and (base, each.departure) in self._points
+            self._changed[base, number] = each.departure if acts else frozenset()
+        return self._changed[base, number]
 
     def _departure(self, point: Point) -> Departure:
         return frozenset(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -17,24 +17,54 @@ from rl_design_space.report.multiverse_numbers import RESAMPLES
 _LISTED = 3
 
 
-def paragraphs(
-    specifications: pd.DataFrame, claims: pd.DataFrame, factors: pd.DataFrame, joint: pd.DataFrame
-) -> list[str]:
-    """Return the paragraphs of the text; see `Multiverse.frames` for the frames."""
+def paragraphs(claims: pd.DataFrame, factors: pd.DataFrame, joint: pd.DataFrame, triples: Sequence[str]) -> list[str]:
+    """Return the paragraphs of the text; see `Multiverse.frames` for the frames, and `triples`."""
     counts = Counter(claims["mark"])
     counted = ", ".join(f"{counts[mark]} {_plural(mark, counts[mark])}" for mark in Mark)
     missing = claims[claims["missing"].str.startswith("missing")]
     return [
-        f"**{len(claims)} claims under {len(specifications):,} specifications: {counted}.**",
+        f"**{len(claims)} claims under {claims['specifications'].sum():,} specifications: {counted}.**",
         table(pd.DataFrame([_row(each) for each in claims.to_dict("records")], columns=_HEADER)),
         *(f"{each['claim']}: {each['missing']}" for each in missing.to_dict("records")),
         "## What each verdict hangs on",
         table(_hanging(claims, factors)),
         "## All claims at once",
         *_joint(joint),
+        "## Triples of readings",
+        *triples,
         "## How to read this",
         *_HOW_TO_READ,
     ]
+
+
+def triples(near: pd.DataFrame, factor: float, specifications: int) -> list[str]:
+    """Return the paragraphs about pairs of readings that came near, and about triples.
+
+    Args:
+        near: the pairs, see `multiverse_near.near_frame`.
+        factor: that says which pairs came near.
+        specifications: number of those that have three departures.
+    """
+    pairs = near["reading"].nunique()
+    hold = near[near["hold"] > 0]
+    found = [
+        "A pair of readings came near if, by one measure and statistic and the registered limits, a claim holds under "
+        "no reading, alone or in pairs; if under the pair the value that decides is beyond its limit by a factor of "
+        f"{factor:g} at most; and if it is farther beyond as decided and under each of the two alone. Each other "
+        "reading is then added to the pair. Such triples are selected, so neither shares nor the joint specifications "
+        f"count them. {pairs} pairs came near, in {len(near)} cases; triples make {specifications:,} more "
+        f"specifications, and the claim holds under one of them in {len(hold)} of the cases.",
+    ]
+    if not (near["triples"] > 0).all():
+        without = near[near["triples"] == 0]["reading"].unique()
+        found.append(f"No triples were run around {'; '.join(without)}: name them in `variations.around` of the study.")
+    if len(near):
+        shown = near.assign(
+            factor=near["factor"].map("{:.3f}".format), nearest_factor=near["nearest_factor"].map("{:.3f}".format)
+        )
+        header = ["claim", "measure", "statistic", "pair", "factor", "triples", "hold", "nearest triple", "its factor"]
+        found.append(table(shown.set_axis(header, axis=1)))
+    return found
 
 
 _HEADER = ["claim", "says", "mark", "holds under", "clear", "specifications", "a placebo does as well"]

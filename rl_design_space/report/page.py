@@ -111,6 +111,7 @@ class Page:
         loader = PackageLoader("rl_design_space.report", "templates")
         environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
         periods = sorted({planned.point.task.periods for planned in study.plan})
+        precise = any(planned.point.task.precision is not None for planned in study.plan)
         return environment.get_template(_TEMPLATE).render(
             title=self.title,
             sections=sections,
@@ -121,7 +122,7 @@ class Page:
             command=study.command,
             report_command=study.report_command,
             points=len(study.plan),
-            periods=" or ".join(map(str, periods)),
+            periods=f"{'at least ' if precise else ''}{' or '.join(map(str, periods))}",
             mark=study.mark,
             version=__version__,
             written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,10 +13,11 @@ from rl_design_space._visible import visible
 from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.learning.stage_record import is_scalar_name
+from rl_design_space.plan.differences import differing
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import PERIODS, SEED, order
 from rl_design_space.tracking.run_frame import ABOUT
-from rl_design_space.tracking.selection import Where, alternatives
+from rl_design_space.tracking.selection import Where, alternatives, comparable
 from rl_design_space.tracking.tracker import StoredRun
 
 
@@ -28,11 +29,26 @@ class Point:
         parameters: every choice by its name on the command line; lists as text.
         run: its complete run; None if it has none.
         of_plan: the planned point; None if the run was found in the store.
+        any_periods: whether its number of periods is no choice: as many as its precision needed, or the longest run of
+            the point.
     """
 
     parameters: Mapping[str, Any]
     run: StoredRun | None
     of_plan: PlannedPoint | None = None
+    any_periods: bool = False
+
+    @classmethod
+    def planned_with(cls, planned: PlannedPoint, run: StoredRun | None) -> Point:
+        """Return a planned point and its run; one that asks for a precision has as many periods as that needed."""
+        asks = planned.point.task.precision is not None
+        if asks:
+            planned = planned.with_periods(run.enough.periods if run and run.enough else planned.point.task.periods)
+        return cls({name: comparable(value) for name, value in planned.parameters.items()}, run, planned, asks)
+
+    def with_parameters(self, parameters: Mapping[str, Any]) -> Point:
+        """Return the point with other parameters."""
+        return replace(self, parameters=parameters)
 
     @property
     def planned(self) -> PlannedPoint:
@@ -50,10 +66,15 @@ class Point:
         return tuple(self.parameters.get(name) for name in names)
 
     @cached_property
+    def choices(self) -> Mapping[str, Any]:
+        """The parameters that make its design: all but its seed, and its number of periods if that is no choice."""
+        beside = (SEED, PERIODS) if self.any_periods else (SEED,)
+        return {name: value for name, value in self.parameters.items() if name not in beside}
+
+    @cached_property
     def repetition(self) -> Repetition:
-        """The design of the point, everything but its seed, and its seed."""
-        design = tuple(sorted((name, value) for name, value in self.parameters.items() if name != SEED))
-        return Repetition(design, self.parameters.get(SEED))
+        """The design of the point and its seed."""
+        return Repetition(tuple(sorted(self.choices.items())), self.parameters.get(SEED))
 
     def has(self, where: Where) -> bool:
         """Return whether the point has all of these values."""
@@ -89,8 +110,13 @@ def by_design(points: Iterable[Point]) -> list[list[Point]]:
 
 
 def repetition(point: Point) -> Repetition:
-    """Return the design of a point, everything but its seed, and its seed."""
+    """Return the design of a point and its seed."""
     return point.repetition
+
+
+def different_choices(points: Iterable[Point]) -> list[str]:
+    """Return the names of the choices in which points differ, see `Point.choices`."""
+    return differing([point.choices for point in points])
 
 
 def sample(point: Point) -> tuple[Hashable, int]:
@@ -107,19 +133,21 @@ def largest(points: Iterable[Point]) -> list[Point]:
     return [max(each, key=lambda point: (point.run is not None, sample(point)[1])) for each in samples.values()]
 
 
-def points_of_frame(frame: pd.DataFrame) -> list[Point]:
+def points_of_frame(frame: pd.DataFrame, *, every: bool = True) -> list[Point]:
     """Return the points of runs that were found in the store, each once; control characters in names are shown.
 
     Args:
         frame: as `RunReader.frame` returns it.
+        every: whether runs with fewer periods are included of which there are longer ones.
     """
     points = []
     for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
         there = {visible(str(name)): _shown(value) for name, value in record.items() if not pd.isna(value)}
         scalars = {name: there.pop(name) for name in list(there) if name in SCALARS or is_scalar_name(name)}
         run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
-        points.append(Point({name: value for name, value in there.items() if name not in ABOUT}, run))
-    return points
+        parameters = {name: value for name, value in there.items() if name not in ABOUT}
+        points.append(Point(parameters, run, any_periods=not every))
+    return points if every else largest(points)
 
 
 def _shown(value: Any) -> Any:

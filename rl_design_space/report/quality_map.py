@@ -114,9 +114,12 @@ class QualityMap(GradedTable):
             ConfigError: they differ in their number of periods.
         """
         schedules = by_design(runs.where(self.rows[row]))
-        names = schedule_names([seeds[0].parameters for seeds in schedules])
+        names = schedule_names([seeds[0].choices for seeds in schedules])
         results = {name: runs.pooled(seeds) for name, seeds in zip(names, schedules, strict=True)}
         complete = {name: result for name, result in results.items() if result}
+        if all(len(seeds) == 1 and seeds[0].any_periods for seeds in schedules):
+            common = min((len(result.steps) for result in complete.values()), default=0)
+            complete = {name: result.first(common) for name, result in complete.items()}
         if len({len(result.steps) for result in complete.values()}) > 1:
             raise ConfigError(f"{SEED}, task.periods: schedules of {row} differ in this; choose one value")
         return complete if len(complete) == len(results) else {}

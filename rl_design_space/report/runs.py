@@ -18,23 +18,25 @@ from rl_design_space.config.measure_name import measure_of
 from rl_design_space.config.overrides import with_absent
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.differences import differing
 from rl_design_space.report.chosen_points import ChosenPoints
-from rl_design_space.report.parameters import SEED, text
+from rl_design_space.report.parameters import PERIODS, text
 from rl_design_space.report.points import (
     Point,
     by_design,
+    different_choices,
     other_samples,
     points_of_frame,
     repetition,
 )
 from rl_design_space.report.watching import Watch, unwatched
-from rl_design_space.tracking.selection import comparable
+from rl_design_space.run.enough import enough_text
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
+#: Numbers of periods that are listed; of more, the first and the last.
+_LISTED = 4
 #: Stands for the number of runs in a text.
 _RUNS = "\0"
 
@@ -76,38 +78,45 @@ class Runs(ChosenPoints):
     def of_study(cls, study: Study, reader: Reader) -> Runs:
         """Return the points of a study, recorded or not, in the order of its plan."""
         runs = reader.finished([planned.fingerprint for planned in study.plan])
-        parameters = with_absent([planned.parameters for planned in study.plan])
-        points = [
-            Point({k: comparable(v) for k, v in each.items()}, runs.get(planned.fingerprint), planned)
-            for planned, each in zip(study.plan, parameters, strict=True)
-        ]
+        planned_points = [Point.planned_with(planned, runs.get(planned.fingerprint)) for planned in study.plan]
+        parameters = with_absent([point.parameters for point in planned_points])
+        points = [point.with_parameters(each) for point, each in zip(planned_points, parameters, strict=True)]
         made_by, remarks = f"Made by {code(study.report_command)}, which needs no runs.", []
         if points:
-            periods = _joined({planned.point.task.periods for planned in study.plan})
+            periods = _joined({point.parameters[PERIODS] for point in points})
             made_by = (
                 f"Made by {code(study.report_command)} from runs of {code(study.command)}, {periods} periods a point."
             )
         if missing := sum(point.run is None for point in points):
             remarks = [f"**Missing: {missing} of {len(points)} points**; {code(study.command)} makes them."]
+        if enough := enough_text(study.plan, runs):
+            remarks.append(f"{enough[0].upper()}{enough[1:]}.")
         return cls(points, reader, study.plan.name, made_by, remarks, study.mark)
 
     @classmethod
-    def of_frame(cls, frame: pd.DataFrame, reader: Reader, command: str, remarks: Sequence[str] = ()) -> Runs:
+    def of_frame(
+        cls, frame: pd.DataFrame, reader: Reader, command: str, remarks: Sequence[str] = (), *, every: bool = False
+    ) -> Runs:
         """Return runs that were found in the store.
+
+        Of a point with several numbers of periods, the longest run counts, because it has the periods of the others.
 
         Args:
             frame: as `RunReader.frame` returns it.
             reader: of the same store.
             command: command line that makes the report.
             remarks: paragraphs, such as which runs were left out.
+            every: whether all runs of such a point count.
 
         Raises:
             ConfigError: there is no run.
         """
         if frame.empty:
             raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
-        points = points_of_frame(frame)
-        periods = _joined({point.parameters["task.periods"] for point in points})
+        points = points_of_frame(frame, every=every)
+        if fewer := frame["fingerprint"].nunique() - len(points):
+            remarks = [*remarks, f"Left out: {fewer} runs with fewer periods of the same points."]
+        periods = _joined({point.parameters[PERIODS] for point in points})
         made_by = f"Made by {code(command)} from {_RUNS}, {periods} periods a point."
         return cls(points, reader, made_by=made_by, remarks=remarks)
 
@@ -170,7 +179,7 @@ class Runs(ChosenPoints):
         Raises:
             ConfigError: the points differ in more than their seed, or a run did not keep its periods.
         """
-        if others := [name for name in differing([point.parameters for point in seeds]) if name != SEED]:
+        if others := different_choices(seeds):
             raise ConfigError(
                 f"{', '.join(others)}: {len(seeds)} points of {self._name} differ in this; should be one point"
             )
@@ -231,4 +240,6 @@ class Runs(ChosenPoints):
 
 
 def _joined(numbers: Iterable[Any]) -> str:
-    return " or ".join(map(text, sorted(numbers)))
+    ordered = sorted(numbers)
+    few = len(ordered) <= _LISTED
+    return " or ".join(map(text, ordered)) if few else f"{text(ordered[0])} to {text(ordered[-1])}"

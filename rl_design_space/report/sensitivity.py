@@ -20,7 +20,7 @@ from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.bounds import BOUNDS, NOTE, is_bound, shown, shown_interval, without_exact
 from rl_design_space.report.markdown import table
-from rl_design_space.report.parameters import SEED, label, text
+from rl_design_space.report.parameters import label, text
 from rl_design_space.report.runs import Runs
 
 #: Lines that have a colour and a name of their own; more lines are drawn thin and grey, with their median.
@@ -52,8 +52,7 @@ class Sensitivity(Report):
         """Return line, parameter, value, low, high (95 % over periods), bounds, runs: a row a value of a line."""
         points = [point for point in runs.recorded if point.parameters.get(self.parameter) is not None]
         runs.check([self.parameter])
-        others = differing([point.parameters for point in points], beside=(self.parameter,))
-        others = [name for name in others if name != SEED]
+        others = differing([point.choices for point in points], beside=(self.parameter,))
         rows = []
         for key, line in runs.grouped(others, points).items():
             values = runs.grouped([self.parameter], line)

@@ -115,20 +115,31 @@ class _SharedWork:
             return planned
 
     def _learn(self, planned: PlannedPoint) -> None:
-        from rl_design_space.learning.simulation import learning_of
-
         try:
-            learning = learning_of(planned.point, self._threads)
-        except Exception as error:
-            self._put((planned, error))
-            return
-        else:
-            with self._changing:
-                self._in_progress[learning] = planned
+            learning = self._begun(planned, planned.begun)
         finally:
             with self._changing:
                 self._starting -= 1
-        self._join(learning, planned)
+        if learning:
+            self._join(learning, planned)
+
+    def _begun(self, planned: PlannedPoint, learned: LearningCurves | None) -> JointLearning | None:
+        """Begin to learn what a point still needs, and return it; put its result and return None if it is complete."""
+        from rl_design_space.learning.precision import next_stage
+        from rl_design_space.learning.simulation import learning_of
+
+        try:
+            stage = next_stage(planned.point, learned)
+            if isinstance(stage, LearningCurves):
+                self._put((planned, stage))
+                return None
+            learning = learning_of(stage, self._threads, learned)
+        except Exception as error:
+            self._put((planned, error))
+            return None
+        with self._changing:
+            self._in_progress[learning] = planned
+        return learning
 
     def _help(self) -> bool:
         """Work on a point of another thread; return False if no point has work for a second thread."""
@@ -138,17 +149,18 @@ class _SharedWork:
             self._join(*found)
         return found is not None
 
-    def _join(self, learning: JointLearning, planned: PlannedPoint) -> None:
+    def _join(self, begun: JointLearning, planned: PlannedPoint) -> None:
         """Work on a point; the thread that finishes it puts its result."""
-        if not learning.work():
-            return
-        with self._changing:
-            del self._in_progress[learning]
-        try:
-            result: LearningCurves | Exception = learning.curves()
-        except Exception as error:
-            result = error
-        self._put((planned, result))
+        learning: JointLearning | None = begun
+        while learning and learning.work():
+            with self._changing:
+                del self._in_progress[learning]
+            try:
+                result = learning.curves()
+            except Exception as error:
+                self._put((planned, error))
+                return
+            learning = self._begun(planned, result)
 
     def _put(self, result: PointResult | BaseException | None) -> None:
         while not self._stopping:

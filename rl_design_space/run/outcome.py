@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from rl_design_space.plan.plan import Plan
-from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding, Tracker
+from rl_design_space.run.enough import enough_text
+from rl_design_space.tracking.tracker import DeliveryStatus, Findings, StoredRun, SweepEnding, Tracker
 
 #: How the verdict of a sweep words each of its counts.
 _COUNT_LABELS = {
@@ -34,6 +35,7 @@ class Outcome:
         delivery: which records are still pending, or cannot be stored.
         steps: steps learned by this sweep.
         seconds: time by activity; `learning` is the sum over all threads.
+        findings: what the sweep found out, beside the results of its points.
     """
 
     points: int = 0
@@ -45,6 +47,7 @@ class Outcome:
     delivery: DeliveryStatus = field(default_factory=DeliveryStatus)
     steps: float = 0.0
     seconds: dict[str, float] = field(default_factory=dict)
+    findings: Findings = field(default_factory=Findings)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -94,12 +97,14 @@ def summary_run(plan: Plan, outcome: Outcome, tracker: Tracker, command: str) ->
         outcome.seconds["run"] = time.perf_counter() - started
         failures = {
             planned.command: outcome.failed[planned.fingerprint]
-            for planned in plan
+            for planned in outcome.findings.plan or plan
             if planned.fingerprint in outcome.failed
         }
         counts = {name: count for name, count in outcome.counts.items() if count or name == "done"}
         verdict = ", ".join(f"{count:,} {_COUNT_LABELS[name]}" for name, count in counts.items())
-        record.close(SweepEnding(status, verdict, outcome.counts, failures, outcome.stored))
+        if enough := enough_text(plan, outcome.stored):
+            verdict += f"; {enough}"
+        record.close(SweepEnding(status, verdict, outcome.counts, failures, outcome.stored, outcome.findings))
 
 
 def lost_record(reason: str) -> str:

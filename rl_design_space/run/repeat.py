@@ -17,7 +17,7 @@ from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.tracking.found_run import FoundRun
 from rl_design_space.tracking.run_files import DamagedFileError, check_config, check_periods
 from rl_design_space.tracking.selection import named
-from rl_design_space.tracking.tags import FINGERPRINT_TAG
+from rl_design_space.tracking.tags import EXTERNAL_TAG, FINGERPRINT_TAG
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
@@ -52,6 +52,8 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
         ConfigError: no run or several runs match, the run does not hold its periods, or its config is not accepted.
     """
     found = named(reader.runs(), run_id)
+    if learner := found.tags.get(EXTERNAL_TAG):
+        raise ConfigError(f"{found.run_id}: was measured by {learner}, a program of yours; only that can repeat it")
     run = StoredRun(found.run_id, artifacts=found.artifacts)
     recorded = reader.periods(run)
     if "steps" not in recorded:

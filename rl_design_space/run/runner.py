@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from math import isnan
 from typing import Literal, Protocol
 
 from rl_design_space.learning.result import LearningCurves
@@ -14,7 +15,7 @@ from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.executor import Executor
 from rl_design_space.run.outcome import Outcome, describe_error, summary_run
 from rl_design_space.run.recorder import Recorder
-from rl_design_space.tracking.tracker import StoredRun, Tracker
+from rl_design_space.tracking.tracker import Beginning, StoredRun, Tracker
 
 OnError = Literal["continue", "stop"]
 
@@ -60,17 +61,30 @@ class Missing:
     Attributes:
         points: these points, in descending order of expected cost.
         stored: the runs of the other points, by fingerprint.
+        begun: runs of the missing points with other numbers of periods, by their fingerprints.
     """
 
     points: list[PlannedPoint]
     stored: Mapping[str, StoredRun]
+    begun: Mapping[str, Beginning] = field(default_factory=dict)
+
+    def steps_left(self, planned: PlannedPoint) -> float:
+        """Return the approximate number of steps that a point still needs."""
+        beginning = self.begun.get(planned.fingerprint)
+        return expected_steps(planned.point, beginning.periods if beginning else planned.periods_begun)
 
 
 def missing(plan: Plan, tracker: Tracker) -> Missing:
     """Return the points of a plan that a tracker has no complete run of."""
     stored = tracker.finished([planned.fingerprint for planned in plan])
     points = [planned for planned in plan if planned.fingerprint not in stored]
-    return Missing(sorted(points, key=lambda planned: -expected_steps(planned.point)), stored)
+    begun = (
+        tracker.beginnings([planned for planned in points if planned.begun is None and not planned.measured_by])
+        if points
+        else {}
+    )
+    found = Missing(points, stored, begun)
+    return replace(found, points=sorted(points, key=found.steps_left, reverse=True))
 
 
 def run_sweep(
@@ -101,12 +115,28 @@ def run_sweep(
     add_studies(plan, found.stored, tracker)
     if found.points:
         with summary_run(plan, outcome, tracker, command) if summarised else nullcontext():
-            _Sweep(tracker, monitor, outcome).learn(found.points, executor, on_error)
+            learn_missing(found, tracker, executor, monitor, outcome, on_error)
             started = time.perf_counter()
             outcome.count_lost(tracker.wait_for_delivery(monitor.delivering).lost)
             outcome.seconds["delivery"] = time.perf_counter() - started
     outcome.delivery = tracker.wait_for_delivery(monitor.delivering)
     return outcome
+
+
+def learn_missing(
+    found: Missing, tracker: Tracker, executor: Executor, monitor: SweepMonitor, outcome: Outcome, on_error: OnError
+) -> None:
+    """Learn and record points, and count them in an outcome; their delivery is not waited for.
+
+    Args:
+        found: the points.
+        tracker: records results.
+        executor: learns the points.
+        monitor: receives the events of the sweep.
+        outcome: of the sweep.
+        on_error: `stop` starts no further point after one has failed.
+    """
+    _Sweep(tracker, monitor, outcome, found.begun).learn(found.points, executor, on_error)
 
 
 def add_studies(plan: Plan, stored: Mapping[str, StoredRun], tracker: Tracker) -> None:
@@ -117,8 +147,11 @@ def add_studies(plan: Plan, stored: Mapping[str, StoredRun], tracker: Tracker) -
 class _Sweep:
     """Locks, learns and records points, and counts them in an outcome."""
 
-    def __init__(self, tracker: Tracker, monitor: SweepMonitor, outcome: Outcome) -> None:
+    def __init__(
+        self, tracker: Tracker, monitor: SweepMonitor, outcome: Outcome, begun: Mapping[str, Beginning]
+    ) -> None:
         self._tracker = tracker
+        self._begun = begun
         self._monitor = monitor
         self._outcome = outcome
         self._learning_seconds = 0.0
@@ -140,7 +173,8 @@ class _Sweep:
         finally:
             for fingerprint in self._started:
                 self._tracker.unlock(fingerprint)
-        outcome.seconds |= {"learning": self._learning_seconds, "recording": recorder.seconds}
+        for activity, seconds in (("learning", self._learning_seconds), ("recording", recorder.seconds)):
+            outcome.seconds[activity] = outcome.seconds.get(activity, 0.0) + seconds
 
     def _point_ended(self, planned: PlannedPoint, result: LearningCurves | Exception, stored: StoredRun | None) -> None:
         outcome = self._outcome
@@ -151,8 +185,10 @@ class _Sweep:
             outcome.done += 1
             if stored:
                 outcome.stored[planned.fingerprint] = stored
-            outcome.steps += float(result.total_steps.sum())
-            self._learning_seconds += result.seconds
+            begun = planned.begun
+            outcome.steps += float(result.total_steps[planned.periods_begun :].sum())
+            before = 0.0 if begun is None or isnan(begun.seconds) else begun.seconds
+            self._learning_seconds += 0.0 if isnan(result.seconds) else max(0.0, result.seconds - before)
         self._monitor.point_ended(planned, result)
 
     def _lockable(self, points: Sequence[PlannedPoint]) -> Iterator[PlannedPoint | None]:
@@ -172,11 +208,16 @@ class _Sweep:
                 else:
                     self._started.add(planned.fingerprint)
                     self._monitor.point_started(planned)
-                    yield planned
+                    yield self._continued(planned)
             left = busy
             self._monitor.waiting(len(left))
             if left:
                 yield None
+
+    def _continued(self, planned: PlannedPoint) -> PlannedPoint:
+        """Return a point with the result of its first periods, if they have been recorded."""
+        beginning = self._begun.get(planned.fingerprint)
+        return replace(planned, begun=self._tracker.result(beginning, planned)) if beginning else planned
 
     def _skip(self, planned: PlannedPoint, stored: StoredRun) -> None:
         self._tracker.add_studies({planned.fingerprint: stored}, {planned.fingerprint: planned.studies})

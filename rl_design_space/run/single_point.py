@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
@@ -66,6 +66,8 @@ def run_point(
         if stored:
             tracker.add_studies({fingerprint: stored}, {fingerprint: planned.studies})
             return PointRun(stored, None)
+        if beginning := tracker.beginnings([planned]).get(fingerprint):
+            planned = replace(planned, begun=tracker.result(beginning, planned))
         result = _learned(planned, threads)
         return PointRun(tracker.record(planned, result), result)
     finally:
@@ -76,7 +78,7 @@ def _learned(planned: PlannedPoint, threads: int | None) -> LearningCurves:
     from rl_design_space.learning import simulate
 
     try:
-        return simulate(planned.point, threads)
+        return simulate(planned.point, threads, begun=planned.begun)
     except ConfigError:
         raise
     except Exception as error:

@@ -16,11 +16,20 @@ from rl_design_space.tracking.client_runs import ClientRuns
 from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.locks import PointLocks
 from rl_design_space.tracking.point_runs import PointRuns
+from rl_design_space.tracking.record import fingerprint_of
 from rl_design_space.tracking.server_runs import ServerRuns
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
 from rl_design_space.tracking.store_errors import DeletedExperimentError, deleted_experiment
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, NOTE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
+from rl_design_space.tracking.tags import (
+    FINGERPRINT_TAG,
+    INCOMPLETE_TAG,
+    NOTE_TAG,
+    PRECISION_TAG,
+    SPOOL_TAG,
+    SWEEP_TAG,
+    of_any_command,
+)
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -88,22 +97,26 @@ class ClientWriter:
             self._runs.end(run_id, "KILLED")
 
     def _record_point(self, record: Record, maybe_stored: bool) -> None:
-        content = record.content
-        studies = {name: value for name, value in content["tags"].items() if name.startswith(STUDY_TAG)}
-        found = self._point_runs.settle(record.key, studies) if maybe_stored else None
+        content, fingerprint = record.content, fingerprint_of(record)
+        tags = of_any_command(content["tags"])
+        found = self._point_runs.settle(fingerprint, tags) if maybe_stored else None
         if found and found.info.status == "FINISHED":
             return
-        run = found.info if found else self._create(self._points, content, {FINGERPRINT_TAG: record.key})
+        run = found.info if found else self._create(self._points, content, {FINGERPRINT_TAG: fingerprint})
         run_content = content_of(record)
         self._runs.log(run.run_id, content["started"], run_content.metrics, content["params"])
         self._runs.upload(run, run_content.artifacts)
-        self._locks.add_to_journal(record.key)
+        for key in {record.key, fingerprint}:
+            self._locks.add_to_journal(key)
         self._runs.end(run.run_id, "FINISHED")
-        self._point_runs.settle(record.key, studies)
+        self._point_runs.settle(fingerprint, tags)
 
     def _add_studies(self, record: Record, maybe_stored: bool) -> None:
         for fingerprint, tags in record.content["tags"].items():
-            self._point_runs.settle(fingerprint, tags)
+            if not self._point_runs.settle(fingerprint, tags):
+                asked = f"attributes.status = 'FINISHED' and tags.`{PRECISION_TAG}.{fingerprint}` LIKE '%'"
+                for run in self._client.search_runs([self._points], asked, max_results=1):
+                    self._point_runs.settle(run.data.tags[FINGERPRINT_TAG], tags)
 
     def _open_sweep(self, record: Record, maybe_stored: bool) -> None:
         found = self._found(SWEEP_TAG, record.key, self._sweeps) if maybe_stored else None

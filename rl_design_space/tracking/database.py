@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
@@ -13,8 +13,8 @@ from rl_design_space.tracking.found_run import FoundRun, RunCounts
 from rl_design_space.tracking.read_only import reading_engine
 from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import as_tracking_error, deleted_experiment, missing_experiment
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, STUDY_TAG, studies_of
-from rl_design_space.tracking.tracker import StoredRun
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, PRECISION_TAG, STUDY_TAG, enough, studies_of
+from rl_design_space.tracking.tracker import Enough, StoredRun
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine
@@ -23,11 +23,21 @@ Value = TypeVar("Value")
 
 #: Up to so many points are searched for by their fingerprints; for more, all runs are read.
 _FEW = 20
+_PRECISION = f"{PRECISION_TAG}."
 _TABLES = {"experiments", "runs", "tags", "params", "latest_metrics"}
 _RUNS = """
     from runs r join experiments e on e.experiment_id = r.experiment_id
     where e.name = :experiment and r.status = 'FINISHED' and r.lifecycle_stage = 'active'
 """
+
+
+class _Finished(NamedTuple):
+    """A complete run of a point: id, URI of its files, fingerprint of the point, and what its precision needed."""
+
+    run_id: str
+    artifacts: str
+    fingerprint: str
+    enough: Enough | None
 
 
 class DatabaseQueries:
@@ -81,21 +91,26 @@ class DatabaseQueries:
         """Return those of these points that have a complete run."""
         few = list(fingerprints) if len(fingerprints) <= _FEW else None
         with self._reading() as rows:
-            return {fingerprint for _, fingerprint, _ in rows.finished(few)} & set(fingerprints)
+            return {row.fingerprint for row in rows.finished(few)} & set(fingerprints)
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
         few = list(fingerprints) if len(fingerprints) <= _FEW else None
         with self._reading() as rows:
             wanted = set(fingerprints)
-            found = {run_id: (key, uri) for run_id, key, uri in rows.finished(few) if key in wanted}
-            run_ids = list(found) if few is not None else None
+            found = {row.fingerprint: row for row in rows.finished(few) if row.fingerprint in wanted}
+            run_ids = list({row.run_id for row in found.values()}) if few is not None else None
             scalars = _by_run(rows.metrics(run_ids, SCALARS))
             tags = _by_run(rows.tags(run_ids, STUDY_TAG))
         return {
-            key: StoredRun(run_id, studies_of(tags[run_id]), scalars[run_id], uri)
-            for run_id, (key, uri) in found.items()
+            key: StoredRun(row.run_id, studies_of(tags[row.run_id]), scalars[row.run_id], row.artifacts, row.enough)
+            for key, row in found.items()
         }
+
+    def period_counts(self) -> set[int]:
+        """Return the numbers of periods that complete runs have."""
+        with self._reading() as rows:
+            return {int(value) for (value,) in rows.distinct("task.periods") if value.isdecimal()}
 
     def newest_sweep(self, study: str) -> StoredRun | None:
         """Return the summary run of the last sweep of a study, if there is one."""
@@ -162,14 +177,23 @@ class _Rows:
         found = self._select("select e.experiment_id from experiments e where e.name = :experiment")
         return str(found[0][0]) if found else None
 
-    def finished(self, fingerprints: Sequence[str] | None) -> Iterable[tuple[str, str, str]]:
-        """Return (run id, fingerprint, URI of the artifacts) of the complete runs of points; of all points if None."""
+    def finished(self, fingerprints: Sequence[str] | None) -> Iterable[_Finished]:
+        """Return the complete runs of points; of all points if None."""
         if fingerprints is not None and not fingerprints:
             return []
-        query = f"select r.run_uuid, t.value, r.artifact_uri {_joined('tags t')} and t.key = '{FINGERPRINT_TAG}'"
+        query = f"select r.run_uuid, r.artifact_uri, t.key, t.value {_joined('tags t')}"
         if fingerprints is None:
-            return self._select(query)
-        return self._select(f"{query} and t.value in :among", among=fingerprints)
+            also = f"substr(t.key, 1, {len(_PRECISION)}) = '{_PRECISION}'"
+            found = self._select(f"{query} and (t.key = '{FINGERPRINT_TAG}' or {also})")
+        else:
+            query = f"{query} and (t.key = '{FINGERPRINT_TAG}' and t.value in :among or t.key in :names)"
+            found = self._select(query, among=fingerprints, names=[f"{_PRECISION}{each}" for each in fingerprints])
+        return [
+            _Finished(run_id, uri, value, None)
+            if key == FINGERPRINT_TAG
+            else _Finished(run_id, uri, key.removeprefix(_PRECISION), enough(value))
+            for run_id, uri, key, value in found
+        ]
 
     def runs(self) -> Iterable[tuple[str, str, int, int, str]]:
         """Return (run id, name, start and end in milliseconds since 1970, URI of the artifacts) of complete runs."""
@@ -187,6 +211,10 @@ class _Rows:
         """Return (run id, name, value) of the tags whose names begin with a prefix; of all complete runs if None."""
         condition = "and substr(v.key, 1, :length) = :prefix"
         return self._values("tags", run_ids, condition, prefix=prefix, length=len(prefix))
+
+    def distinct(self, name: str) -> Iterable[tuple[str]]:
+        """Return the values of a param that complete runs have."""
+        return self._select(f"select distinct p.value {_joined('params p')} and p.key = '{name}'")
 
     def running(self) -> Iterable[tuple[str, str, str]]:
         """Return (run id, name, value) of the tags of RUNNING runs of points and sweeps."""

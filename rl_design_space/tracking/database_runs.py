@@ -127,6 +127,14 @@ class DatabaseRuns:
         query = query.order_by(case((RUNS.c.status == "FINISHED", 1), else_=0))
         return {row.value: row.run_uuid for row in self._connection.execute(query)}
 
+    def having(self, experiment: Experiment, tags: Collection[str]) -> dict[str, str]:
+        """Return the ids of complete runs by the name of a tag that they have, whatever its value."""
+        of_run = RUNS.join(TAGS, TAGS.c.run_uuid == RUNS.c.run_uuid)
+        query = select(TAGS.c.key, RUNS.c.run_uuid).select_from(of_run).where(TAGS.c.key.in_(tags))
+        query = query.where(RUNS.c.experiment_id == experiment.id, RUNS.c.lifecycle_stage == "active")
+        found = self._connection.execute(query.where(RUNS.c.status == "FINISHED"))
+        return {row.key: row.run_uuid for row in found}
+
     def existing(self, run_ids: Collection[str]) -> set[str]:
         """Return those of these run ids of which there are runs, deleted ones included."""
         return set(self._connection.scalars(select(RUNS.c.run_uuid).where(RUNS.c.run_uuid.in_(run_ids))))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
@@ -18,10 +19,19 @@ from rl_design_space.tracking.artifacts import artifacts_folder, is_local
 from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.database_runs import DatabaseRuns, Experiment, NewRun
 from rl_design_space.tracking.locks import PointLocks, lock_number
+from rl_design_space.tracking.record import fingerprint_of
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
 from rl_design_space.tracking.store_errors import DeletedExperimentError, StoreUnavailableError
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, NOTE_TAG, SPOOL_TAG, STUDY_TAG, SWEEP_TAG
+from rl_design_space.tracking.tags import (
+    FINGERPRINT_TAG,
+    INCOMPLETE_TAG,
+    NOTE_TAG,
+    PRECISION_TAG,
+    SPOOL_TAG,
+    SWEEP_TAG,
+    of_any_command,
+)
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
@@ -61,16 +71,18 @@ class DatabaseWriter:
     def write(self, records: Sequence[Record]) -> None:
         """Write records in this order, all or none."""
         runs = {record.key: _point_run(record, self._identity) for record in records if record.kind == POINT}
-        with self._transaction([record.key for record in records]) as batch:
+        keys = {key for record in records for key in (record.key, fingerprint_of(record))}
+        with self._transaction(sorted(keys)) as batch:
             for kind, same in groupby(records, lambda record: record.kind):
                 if kind == POINT:
-                    batch.add_points({record.key: runs[record.key] for record in same})
+                    batch.add_points([runs[record.key] for record in same])
                 else:
                     for record in same:
                         self._writers(batch)[kind](record)
             for record in records:
                 if record.kind == POINT:
-                    self._locks.add_to_journal(record.key)
+                    for key in {record.key, fingerprint_of(record)}:
+                        self._locks.add_to_journal(key)
 
     def close_stale_runs(self) -> None:
         """Mark as KILLED the RUNNING runs that no process will finish.
@@ -138,12 +150,15 @@ class _Batch:
                 found.append(getattr(self, name))
         return found
 
-    def add_points(self, new: Mapping[str, NewRun]) -> None:
-        """Add the runs of points, by fingerprint; a point that is there gets the tags of its studies."""
+    def add_points(self, runs: Iterable[NewRun]) -> None:
+        """Add the runs of points; a point that is there gets the tags of its studies and precisions."""
+        new: dict[str, NewRun] = {}
+        for run in runs:
+            first = new.setdefault(run.tags[FINGERPRINT_TAG], run)
+            new[run.tags[FINGERPRINT_TAG]] = replace(first, tags={**of_any_command(run.tags), **first.tags})
         known = self._runs.find(self.points, FINGERPRINT_TAG, list(new), finished=True)
         for fingerprint, run_id in known.items():
-            studies = {name: value for name, value in new[fingerprint].tags.items() if name.startswith(STUDY_TAG)}
-            self._runs.set_tags(run_id, studies)
+            self._runs.set_tags(run_id, of_any_command(new[fingerprint].tags))
         # Written by this record before, and deleted since.
         deleted = self._runs.existing([run.run_id for run in new.values()])
         missing = [run for fingerprint, run in new.items() if fingerprint not in known and run.run_id not in deleted]
@@ -152,7 +167,10 @@ class _Batch:
     def add_studies(self, record: Record) -> None:
         """Add tags of studies to runs of points."""
         tags: Mapping[str, Mapping[str, str]] = record.content["tags"]
-        for fingerprint, run_id in self._runs.find(self.points, FINGERPRINT_TAG, list(tags), finished=True).items():
+        known = self._runs.find(self.points, FINGERPRINT_TAG, list(tags), finished=True)
+        asked = {f"{PRECISION_TAG}.{fingerprint}": fingerprint for fingerprint in tags.keys() - known.keys()}
+        found = self._runs.having(self.points, list(asked))
+        for fingerprint, run_id in [*known.items(), *((asked[name], run_id) for name, run_id in found.items())]:
             self._runs.set_tags(run_id, tags[fingerprint])
 
     def open_sweep(self, record: Record) -> None:
@@ -212,7 +230,7 @@ def _point_run(record: Record, spool: str) -> NewRun:
         started=content["started"],
         status="FINISHED",
         ended=_now(),
-        tags={**content["tags"], FINGERPRINT_TAG: record.key, SPOOL_TAG: spool},
+        tags={**content["tags"], FINGERPRINT_TAG: fingerprint_of(record), SPOOL_TAG: spool},
         params=content["params"],
         metrics=run_content.metrics,
         artifacts=run_content.artifacts,

@@ -12,6 +12,7 @@ from uuid import uuid4
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking import record, summary
 from rl_design_space.tracking.background import BackgroundDelivery, background_delivery
+from rl_design_space.tracking.beginnings import beginnings
 from rl_design_space.tracking.leaderboard import Leaderboard
 from rl_design_space.tracking.locks import locks_at, locks_path
 from rl_design_space.tracking.origin import origin_tags
@@ -20,8 +21,8 @@ from rl_design_space.tracking.record_schema import checked
 from rl_design_space.tracking.spool import CLOSE, OPEN, STUDIES, TIDY, CorruptedRecordError, Record, Spool, point_name
 from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import StoreUnavailableError
-from rl_design_space.tracking.tags import NOTE_TAG, studies_of, study_tags
-from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding, SweepRecord
+from rl_design_space.tracking.tags import NOTE_TAG, study_tags
+from rl_design_space.tracking.tracker import Beginning, DeliveryStatus, StoredRun, SweepEnding, SweepRecord
 from rl_design_space.tracking.views import points_tags, sweeps_tags
 
 if TYPE_CHECKING:
@@ -80,6 +81,8 @@ class MlflowTracker:
         self._origin = origin_tags(command)
         #: Fingerprints of the points recorded by this tracker; delivery of their records releases their locks.
         self._written: set[str] = set()
+        #: Numbers of periods of these points.
+        self._counts: set[int] = set()
         #: Those of them that the store is known to have.
         self._found: set[str] = set()
         #: Whether the store has answered which points it has; if not, delivery looks for each point first.
@@ -105,6 +108,18 @@ class MlflowTracker:
         # In this order: a record that is delivered in between is found in one of the two.
         pending = self._pending(fingerprints)
         return pending | self._stored(fingerprints)
+
+    def beginnings(self, points: Collection[PlannedPoint]) -> dict[str, Beginning]:
+        """Return the longest recorded run of each of these points with another number of periods, by fingerprint."""
+        nothing: set[int] = set()
+        counts = self._asked(self._queries.period_counts, nothing) | self._counts
+        return beginnings(points, counts, lambda wanted: self._pending(wanted) | self._stored(wanted))
+
+    def result(self, beginning: Beginning, planned: PlannedPoint) -> LearningCurves | None:
+        """Return the result of such a run; None if it cannot be read, or is not what was recorded."""
+        from rl_design_space.tracking.begun_result import begun_result  # which few sweeps need
+
+        return begun_result(beginning, planned.point.task.trials, self._spool, self._stored)
 
     def lock(self, fingerprint: str) -> bool:
         """Lock a point for this process; return False while another process holds its lock."""
@@ -132,9 +147,10 @@ class MlflowTracker:
         written = record.point_record(planned, curves, self._origin, checked=self._store_answers, **self._recorded)
         self._write(written)
         self._written.add(planned.fingerprint)
+        self._counts.add(len(curves.steps))
         self._leaderboard.add(planned.fingerprint, curves)
         self._delivery.watch(written.name, lambda: self._locks.release(planned.fingerprint))
-        return StoredRun("", frozenset(planned.studies), written.content["scalars"])
+        return record.pending_run(written)
 
     def add_studies(self, stored: Mapping[str, StoredRun], studies: Mapping[str, Sequence[str]]) -> None:
         """Note that recorded points belong to these studies as well; both by fingerprint."""
@@ -192,13 +208,13 @@ class MlflowTracker:
             if not self._spool.has(name):
                 continue
             try:
-                content = checked(self._spool.read(name)).content
+                read = checked(self._spool.read(name))
             except FileNotFoundError:
                 continue
             except CorruptedRecordError as error:
                 self._spool.quarantine(name, str(error))
                 continue
-            found[fingerprint] = StoredRun("", studies_of(content["tags"]), content["scalars"])
+            found[fingerprint] = record.pending_run(read)
         return found
 
     def _check_store(self) -> None:
@@ -274,7 +290,10 @@ class _Sweep:
             "ended": int(time.time() * 1000),
             "status": ending.status,
             "note": summary.closing_note(self._plan, self._command, self._tracker._origin, ending, names),
-            "metrics": [(f"points/{name}", float(count), 0) for name, count in ending.counts.items()],
+            "metrics": [
+                *((f"points/{name}", float(count), 0) for name, count in ending.counts.items()),
+                *((name, float(value), 0) for name, value in ending.findings.metrics.items()),
+            ],
         }
         self._tracker._submit(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending, names)))
         self._tracker._locks.release(self._key)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rl_design_space.tracking.store_errors import StoreUnavailableError
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, SPOOL_TAG, STUDY_TAG
+from rl_design_space.tracking.tags import FINGERPRINT_TAG, INCOMPLETE_TAG, SPOOL_TAG, of_any_command
 
 if TYPE_CHECKING:
     from mlflow.entities import Run
@@ -38,12 +38,12 @@ class PointRuns:
         self._experiment = experiment
         self._spools = spools
 
-    def settle(self, fingerprint: str, studies: Mapping[str, str]) -> Run | None:
+    def settle(self, fingerprint: str, tags: Mapping[str, str]) -> Run | None:
         """Return the run of a point: the complete one, or one to continue that was begun from this spool.
 
         Args:
             fingerprint: of the point.
-            studies: tags of studies that its complete run gets.
+            tags: of studies and precisions that its complete run gets.
 
         Raises:
             StoreUnavailableError: the store does not keep what it has accepted.
@@ -57,15 +57,15 @@ class PointRuns:
             if not complete:
                 return next(iter(begun), None)
             kept, others = complete[0], [*complete[1:], *begun]
-            wanted = {**_studies(complete), **studies}
+            wanted = {**_tags(complete), **tags}
             if not others and wanted.items() <= kept.data.tags.items():
                 return kept
             self._keep(kept.info.run_id, wanted, others)
         raise StoreUnavailableError(f"run {kept.info.run_id}: what the store has accepted is not there")
 
-    def _keep(self, run_id: str, studies: Mapping[str, str], others: Sequence[Run]) -> None:
-        """Add tags of studies to a run, and mark the other ones of its point as KILLED."""
-        self._runs.tag(run_id, studies)
+    def _keep(self, run_id: str, tags: Mapping[str, str], others: Sequence[Run]) -> None:
+        """Add tags to a run, and mark the other ones of its point as KILLED."""
+        self._runs.tag(run_id, tags)
         for run in others:
             self._runs.tag(run.info.run_id, {INCOMPLETE_TAG: f"its point is recorded by run {run_id}"})
             self._runs.end(run.info.run_id, "KILLED")
@@ -75,5 +75,5 @@ def _order(run: Run) -> tuple[int, str]:
     return run.info.end_time, run.info.run_id
 
 
-def _studies(runs: Sequence[Run]) -> dict[str, str]:
-    return {name: value for run in runs for name, value in run.data.tags.items() if name.startswith(STUDY_TAG)}
+def _tags(runs: Sequence[Run]) -> dict[str, str]:
+    return {name: value for run in runs for name, value in of_any_command(run.data.tags).items()}

@@ -56,6 +56,10 @@ class Queries(Protocol):
         """Return the complete runs among these points, by fingerprint."""
         ...
 
+    def period_counts(self) -> set[int]:
+        """Return the numbers of periods that complete runs have."""
+        ...
+
     def newest_sweep(self, study: str) -> StoredRun | None:
         """Return the summary run of the last sweep of a study, if there is one."""
         ...

@@ -18,6 +18,7 @@ from rl_design_space.learning.result import LearningCurves
 from rl_design_space.tracking import selection
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.artifacts import is_local, write_artifacts
+from rl_design_space.tracking.beginnings import beginnings
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
 from rl_design_space.tracking.queries import queries_of
@@ -26,12 +27,13 @@ from rl_design_space.tracking.run_frame import filtered, frame_of, of_study
 from rl_design_space.tracking.selection import Where
 from rl_design_space.tracking.store_errors import access_error, as_tracking_error, first_line, is_transient
 from rl_design_space.tracking.tags import STUDY_TAG
-from rl_design_space.tracking.tracker import StoredRun
+from rl_design_space.tracking.tracker import Beginning, StoredRun
 
 if TYPE_CHECKING:
     import pandas as pd
     from mlflow import MlflowClient
 
+    from rl_design_space.plan.plan import PlannedPoint
     from rl_design_space.tracking.found_run import FoundRun
 
 Read = TypeVar("Read")
@@ -126,6 +128,10 @@ class RunReader:
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
         return self._queries.finished(fingerprints)
+
+    def beginnings(self, points: Collection[PlannedPoint]) -> dict[str, Beginning]:
+        """Return a run of each of these points with another number of periods, see `Tracker.beginnings`."""
+        return beginnings(points, self._queries.period_counts(), self._queries.finished)
 
     def runs(self) -> list[FoundRun]:
         """Return all complete runs."""

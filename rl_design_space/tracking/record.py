@@ -6,18 +6,20 @@ the process that delivers it, see `content`.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from io import BytesIO
 
 import numpy as np
 
+from rl_design_space.learning.precision import Precision
 from rl_design_space.learning.result import Kept, LearningCurves
-from rl_design_space.plan.describe import resolved_config
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.tracking import values
 from rl_design_space.tracking.spool import POINT, Record
-from rl_design_space.tracking.tags import study_tags
+from rl_design_space.tracking.tags import EXTERNAL_TAG, PRECISION_TAG, enough_of, precision_tags, studies_of, study_tags
+from rl_design_space.tracking.tracker import Enough, StoredRun, enough_periods
 
 #: The file of a record that holds the result; the first bytes of that file in version 0.1.0.
 _RESULT, _NPY = "result", b"\x93NUMPY"
@@ -47,23 +49,47 @@ def point_record(
     Raises:
         ConfigError: MLflow would refuse a name.
     """
+    rule = Precision.of_task(planned.point.task)
+    run, tags = planned, {**study_tags(planned.studies), **origin}
     scalars = learned.scalars()
+    if rule:
+        run = planned.with_periods(len(learned.steps))
+        reached, enough = rule.reached(learned), enough_periods(planned.point.task, learned)
+        assert enough
+        tags |= precision_tags(planned.fingerprint, enough, _in_words(rule, reached, enough))
+        scalars[PRECISION_TAG] = reached
     numbers = {values.key(name): values.metric(value) for name, value in scalars.items()}
+    seconds = 0.0 if math.isnan(learned.seconds) else learned.seconds
+    external = {EXTERNAL_TAG: values.tag(planned.measured_by)} if planned.measured_by else {}
     content = {
-        "name": planned.name,
-        "started": int((time.time() - learned.seconds) * 1000),
-        "seconds": learned.seconds,
-        "tags": {**study_tags(planned.studies), **origin},
-        "params": params(planned),
-        "command": planned.command,
-        "config": resolved_config(planned.point),
+        "fingerprint": run.fingerprint,
+        "name": run.name,
+        "started": int((time.time() - seconds) * 1000),
+        "seconds": seconds,
+        "tags": {**tags, **external},
+        "params": params(run),
+        "command": run.command,
+        "config": run.config,
         "scalars": {name: number for name, number in numbers.items() if number is not None},
         "curves": list(curves),
         "every": every,
         "keep": keep,
-        "checked": checked,
+        # The store was not asked for a point with as many periods as turned out to be enough.
+        "checked": checked and not rule,
     }
     return Record(POINT, planned.fingerprint, content, {_RESULT: _packed(learned)})
+
+
+def fingerprint_of(record: Record) -> str:
+    """Return the fingerprint of the run of a point; the key of the record is another one if it asks for a precision."""
+    fingerprint: str = record.content.get("fingerprint", record.key)
+    return fingerprint
+
+
+def pending_run(record: Record) -> StoredRun:
+    """Return the run of a point whose record is pending."""
+    tags = record.content["tags"]
+    return StoredRun("", studies_of(tags), record.content["scalars"], enough=enough_of(tags, record.key))
 
 
 def result_of(record: Record) -> LearningCurves:
@@ -79,6 +105,11 @@ def result_of(record: Record) -> LearningCurves:
 def params(planned: PlannedPoint) -> dict[str, str]:
     """Return every choice of a point by its dotted name, as typed on the command line."""
     return {values.key(name): values.param(value) for name, value in planned.parameters.items()}
+
+
+def _in_words(rule: Precision, reached: float, enough: Enough) -> str:
+    wanted = f"{rule.of} to ± {rule.relative:.2%} at 95 %, at most {rule.at_most:,} periods"
+    return f"{wanted}: {'' if enough.is_reached else 'not '}reached, ± {reached:.2%} with {enough.periods:,} periods"
 
 
 def _packed(learned: LearningCurves) -> bytes:

@@ -26,6 +26,7 @@ class _Run(_Content):
 
 
 class _Point(_Run):
+    fingerprint: str = ""
     seconds: float
     params: _Texts
     command: str

@@ -21,7 +21,7 @@ from rl_design_space.tracking.store_errors import (
     is_transient,
     missing_experiment,
 )
-from rl_design_space.tracking.tags import FINGERPRINT_TAG, STUDY_TAG, studies_of
+from rl_design_space.tracking.tags import PRECISION_TAG, STUDY_TAG, fingerprints_of, studies_of
 from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 #: Up to so many points are searched for one by one; for more, all runs are read.
 _FEW = 20
 _RUNS_PER_PAGE = 1000
+#: Maximum number of different numbers of periods that are asked for.
+_MOST_COUNTS = 30
 _COMPLETE = "attributes.status = 'FINISHED'"
 
 
@@ -86,11 +88,26 @@ class ServerQueries:
             experiment = self._experiment()
             if experiment is None:
                 return {}
-            few = len(fingerprints) <= _FEW
-            filters = [f"{_COMPLETE} and tags.fingerprint = '{each}'" for each in fingerprints] if few else [_COMPLETE]
-            found = [_stored(run) for wanted in filters for run in self._search(experiment, wanted)]
+            if len(fingerprints) <= _FEW:
+                runs = [run for each in fingerprints for run in self._of_point(experiment, each)]
+            else:
+                runs = list(self._search(experiment, _COMPLETE))
+            found = [pair for run in runs for pair in _stored(run)]
         wanted_points = set(fingerprints)
         return {fingerprint: run for fingerprint, run in found if fingerprint in wanted_points}
+
+    def period_counts(self) -> set[int]:
+        """Return the numbers of periods that complete runs have: each request finds another one."""
+        with _translated_errors(self._address):
+            experiment = self._experiment()
+            found: list[int] = []
+            while experiment and len(found) < _MOST_COUNTS:
+                others = [f"params.`task.periods` != '{value}'" for value in found or [0]]
+                run = next(search_runs(self._client(), experiment, " and ".join([_COMPLETE, *others]), 1), None)
+                if run is None or not run.params["task.periods"].isdecimal():
+                    break
+                found.append(int(run.params["task.periods"]))
+        return set(found)
 
     def newest_sweep(self, study: str) -> StoredRun | None:
         """Return the summary run of the last sweep of a study, if there is one."""
@@ -119,6 +136,12 @@ class ServerQueries:
         if known and known.lifecycle_stage == "deleted":
             raise deleted_experiment(key, name, self._address.uri, known.experiment_id)
         return str(known.experiment_id) if known else None
+
+    def _of_point(self, experiment: str, fingerprint: str) -> list[FoundRun]:
+        """Return the complete runs of a point."""
+        own = list(self._search(experiment, f"{_COMPLETE} and tags.fingerprint = '{fingerprint}'"))
+        asked = f"{_COMPLETE} and tags.`{PRECISION_TAG}.{fingerprint}` LIKE '%'"
+        return own or list(self._search(experiment, asked))
 
     def _search(self, experiment: str, filter_: str) -> Iterator[FoundRun]:
         return search_runs(self._client(), experiment, filter_, _RUNS_PER_PAGE)
@@ -157,7 +180,8 @@ def _translated_errors(address: StoreAddress) -> Iterator[None]:
         raise as_tracking_error(address.uri, error) from error
 
 
-def _stored(run: FoundRun) -> tuple[str, StoredRun]:
+def _stored(run: FoundRun) -> Iterator[tuple[str, StoredRun]]:
+    """Yield a run by the fingerprints of the points whose result it holds."""
     scalars = {name: value for name, value in run.metrics.items() if name in SCALARS}
-    stored = StoredRun(run.run_id, studies_of(run.tags), scalars, run.artifacts)
-    return run.tags.get(FINGERPRINT_TAG, ""), stored
+    for fingerprint, enough in fingerprints_of(run.tags).items():
+        yield fingerprint, StoredRun(run.run_id, studies_of(run.tags), scalars, run.artifacts, enough)

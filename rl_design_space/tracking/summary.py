@@ -22,6 +22,8 @@ _USUAL = ("total_steps",)
 #: Number of best points in the note, and scalars shown of each.
 _BEST = 10
 _SHOWN = ("total_steps", "total_steps_sem", "failed_trials", "final_steps_over_optimum")
+#: Mark of points that cannot be told from the best, and the column that says which they are.
+STAR, _IN_SET = "★", "in_best_set"
 PLAN_FILE, BEST_FILE, FAILURES_FILE = "plan.csv", "leaderboard.csv", "failures.csv"
 
 
@@ -34,14 +36,22 @@ def closing_note(
     plan: Plan, command: str, origin: Mapping[str, str], ending: SweepEnding, names: Sequence[str] = _USUAL
 ) -> str:
     """Return the note of a sweep that has ended: its verdict, failures and best points by the first of these names."""
+    found = ending.findings
     parts = [_note(plan, command, origin, f"{ending.status}: {ending.verdict}")]
+    if found.lines:
+        parts.append("\n".join(f"- {escaped(line)}" for line in found.lines))
     if ending.failures:
         lines = [f"- {code(again)}: {escaped(error)}" for again, error in list(ending.failures.items())[:_BEST]]
         parts.append("\n".join([f"**{len(ending.failures)} failed** (all in `{FAILURES_FILE}`):", "", *lines]))
     if best := _ranked(plan, ending, names)[:_BEST]:
+        if found.best is not None:
+            best = [{**row, "rank": f"{row['rank']} {STAR}" if row[_IN_SET] else row["rank"]} for row in best]
         shown = (name for name in dict.fromkeys((*names, *_SHOWN)) if any(name in row for row in best))
         heading = f"Fewest {names[0]}" if tuple(names) == _USUAL else f"Best by {escaped(names[0])}"
-        parts.append(f"**{heading}** (all in `{BEST_FILE}`):\n\n{_markdown(['rank', *plan.axes, *shown], best)}")
+        table = _markdown(["rank", *_axes(plan, ending), *shown], best)
+        parts.append(f"**{heading}** (all in `{BEST_FILE}`):\n\n{table}")
+        if found.best is not None:
+            parts.append(f"{STAR}: cannot be told from the best at 95 %, all points together, paired by period.")
     return "\n\n".join(parts)
 
 
@@ -54,10 +64,12 @@ def opening_tables(plan: Plan) -> dict[str, bytes]:
 
 def closing_tables(plan: Plan, ending: SweepEnding, names: Sequence[str] = _USUAL) -> dict[str, bytes]:
     """Return CSV files: the recorded points, the best first, and the failures if there were any."""
-    tables = {}
+    tables = dict(ending.findings.tables)
     if ranked := _ranked(plan, ending, names):
         scalars = dict.fromkeys((*names, *SCALARS)) if tuple(names) != _USUAL else SCALARS
-        tables[BEST_FILE] = _csv(["rank", *plan.axes, *scalars, "run_id", "fingerprint"], ranked)
+        in_set = [_IN_SET] if ending.findings.best is not None else []
+        columns = ["rank", *_axes(plan, ending), *in_set, *scalars, "run_id", "fingerprint"]
+        tables[BEST_FILE] = _csv(columns, ranked)
     if ending.failures:
         rows = [{"command": again, "error": error} for again, error in ending.failures.items()]
         tables[FAILURES_FILE] = _csv(["command", "error"], rows)
@@ -91,12 +103,13 @@ def _shape(plan: Plan) -> str:
 
 def _ranked(plan: Plan, ending: SweepEnding, names: Sequence[str]) -> list[dict[str, Any]]:
     """Return a row for each point of which the first of the names is known, the best first."""
-    rows, axes = [], plan.axes
+    rows, axes = [], _axes(plan, ending)
+    best = ending.findings.best or frozenset()
     never = {name for name in names if name not in ONLY_SCALARS and measure(name).is_first_trial}
-    for planned in plan:
+    for planned in ending.findings.plan or plan:
         run = ending.stored.get(planned.fingerprint)
         if run and names[0] in run.scalars:
-            ids = {"run_id": run.run_id, "fingerprint": planned.fingerprint}
+            ids = {"run_id": run.run_id, "fingerprint": planned.fingerprint, _IN_SET: planned.fingerprint in best}
             chosen = {name: value for name, value in planned.parameters.items() if name in axes}
             # A number that stands for "never" is a lower bound.
             trials = planned.point.task.trials
@@ -105,6 +118,11 @@ def _ranked(plan: Plan, ending: SweepEnding, names: Sequence[str]) -> list[dict[
     descending = names[0] not in ONLY_SCALARS and measure(names[0]).largest_is_best
     rows.sort(key=lambda row: row[0], reverse=descending)
     return [{"rank": rank, **row} for rank, (_, row) in enumerate(rows, 1)]
+
+
+def _axes(plan: Plan, ending: SweepEnding) -> list[str]:
+    """Return the parameters in which the points differ, as planned or in the end."""
+    return list((ending.findings.plan or plan).axes)
 
 
 def _markdown(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:

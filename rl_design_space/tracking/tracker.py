@@ -4,11 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from rl_design_space.learning.precision import Precision
 
 if TYPE_CHECKING:
+    from rl_design_space.design import Task
     from rl_design_space.learning import LearningCurves
     from rl_design_space.plan.plan import Plan, PlannedPoint
+
+
+class Enough(NamedTuple):
+    """How many periods the precision of a point needed.
+
+    Attributes:
+        periods: their number.
+        is_reached: whether the precision is reached; otherwise it is the maximum number.
+    """
+
+    periods: int
+    is_reached: bool
 
 
 @dataclass(frozen=True)
@@ -20,12 +35,35 @@ class StoredRun:
         studies: names of the studies that it belongs to.
         scalars: scalars by name, see `LearningCurves.scalars`.
         artifacts: URI of the folder of its files.
+        enough: how many periods it has, if the point asks for a precision; None if it asks for a number.
     """
 
     run_id: str = ""
     studies: frozenset[str] = frozenset()
     scalars: Mapping[str, float] = field(default_factory=dict)
     artifacts: str = ""
+    enough: Enough | None = None
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """A recorded run of a point with another number of periods.
+
+    Attributes:
+        fingerprint: of the point with so many periods.
+        periods: their number.
+        run: the run.
+    """
+
+    fingerprint: str
+    periods: int
+    run: StoredRun
+
+
+def enough_periods(task: Task, learned: LearningCurves) -> Enough | None:
+    """Return how many periods the precision of a point needed; None if it asks for none."""
+    rule = Precision.of_task(task)
+    return Enough(len(learned.steps), rule.reached(learned) <= rule.relative) if rule else None
 
 
 class SweepRecord(Protocol):
@@ -34,6 +72,25 @@ class SweepRecord(Protocol):
     def close(self, ending: SweepEnding) -> None:
         """End the run."""
         ...
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a sweep found out, beside the results of its points.
+
+    Attributes:
+        plan: the points with as many periods as they got, if that was decided on the way; None if as planned.
+        best: fingerprints of the points that cannot be told from the best; None if that is not known.
+        lines: for the note of the summary run.
+        tables: CSV files of the summary run, by name.
+        metrics: of the summary run, by name.
+    """
+
+    plan: Plan | None = None
+    best: frozenset[str] | None = None
+    lines: Sequence[str] = ()
+    tables: Mapping[str, bytes] = field(default_factory=dict)
+    metrics: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -46,6 +103,7 @@ class SweepEnding:
         counts: numbers of points by outcome.
         failures: error messages, by the command that runs the point again.
         stored: the complete runs of its points, by fingerprint.
+        findings: what it found out beside these.
     """
 
     status: str
@@ -53,6 +111,7 @@ class SweepEnding:
     counts: Mapping[str, int]
     failures: Mapping[str, str]
     stored: Mapping[str, StoredRun]
+    findings: Findings = field(default_factory=Findings)
 
 
 class Tracker(Protocol):
@@ -69,6 +128,14 @@ class Tracker(Protocol):
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the recorded points among these, by fingerprint."""
+        ...
+
+    def beginnings(self, points: Collection[PlannedPoint]) -> dict[str, Beginning]:
+        """Return the longest recorded run of each of these points with another number of periods, by fingerprint."""
+        ...
+
+    def result(self, beginning: Beginning, planned: PlannedPoint) -> LearningCurves | None:
+        """Return the result of such a run; None if it cannot be read, or is not what was recorded."""
         ...
 
     def lock(self, fingerprint: str) -> bool:
@@ -132,6 +199,12 @@ class NullTracker:
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         return {}
 
+    def beginnings(self, points: Collection[PlannedPoint]) -> dict[str, Beginning]:
+        return {}
+
+    def result(self, beginning: Beginning, planned: PlannedPoint) -> LearningCurves | None:
+        return None
+
     def lock(self, fingerprint: str) -> bool:
         return True
 
@@ -142,7 +215,7 @@ class NullTracker:
         pass
 
     def record(self, planned: PlannedPoint, curves: LearningCurves) -> StoredRun:
-        return StoredRun(scalars=curves.scalars())
+        return StoredRun(scalars=curves.scalars(), enough=enough_periods(planned.point.task, curves))
 
     def add_studies(self, stored: Mapping[str, StoredRun], studies: Mapping[str, Sequence[str]]) -> None:
         pass

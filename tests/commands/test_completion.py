@@ -30,6 +30,8 @@ from rl_design_space.commands.completion import answer, suggestions
         ("rl-design-space store ", {"status", "compact"}),
         ("rl-design-space store status th", {"threads="}),
         ("rl-design-space sync see", set()),
+        ("rl-design-space watch period=worst exploration=linear exploration.s", {"exploration.start="}),
+        ("rl-design-space watch trial=w", {"trial=worst"}),
         ("rl-design-report he", {"heatmap"}),
         ("rl-design-report table", {"table1", "table2", "table3", "table4"}),
         ("rl-design-report heatmap --r", {"--rows"}),

@@ -102,6 +102,8 @@ def test_shards_run_every_point_once(command: Command, new_store: Callable[[str]
     ]
     assert sum(learned) == 7
     assert "7 before" in command(*sweep, outputs=outputs).stdout
+    plan = command("rl-design-space", "-m", "task.trials=3", "world.size=4,12", "plan=true", outputs=outputs).stdout
+    assert "- 1 begins with periods that are recorded" in plan
 
 
 def test_one_block_can_be_left_out(command: Command):

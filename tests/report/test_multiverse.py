@@ -222,9 +222,9 @@ def test_the_shipped_multiverse_has_a_point_for_every_part_and_reading():
     runs = Runs.of_study(study, MadeUpReader(study.plan, lambda parameters: 1.0, lambda planned: True))
     there = alternatives(report.readings, report.apart, runs.points)
     assert len(there) == 12
-    assert len(readings_of(there)) == 1 + 12 + 66 - 1
+    assert len(readings_of(there, 2)) == 1 + 12 + 66 - 1
     points = ReadPoints(runs.points, report.decided, report.common, there)
     for name, node in report.claims.items():
         claim_ = MultiverseClaim(**node)
         for base, _ in asked(worded(name, claim_, report._roles(), report.thresholds), points):
-            assert all(points.read(base, reading) for reading in readings_of(there)), name
+            assert all(points.read(base, reading) for reading in readings_of(there, 2)), name

@@ -160,11 +160,9 @@ def test_the_best_designs_are_paired_and_one_is_the_best_by_any_measure(runs: Ru
     assert frame["in_best_set"].iloc[0]
     assert frame["probability_best"].sum() == pytest.approx(1)
     first = frame.iloc[0]
-    steps = [
-        LEARNED[first["representation"], first["exploration.k"], first["reward"], s].total_steps[:PERIODS]
-        for s in (0, 1)
-    ]
-    assert first["value"] == pytest.approx(np.concatenate(steps).mean())
+    key = (first["representation"], first["exploration.k"], first["reward"])
+    assert first["value"] == pytest.approx(np.concatenate([LEARNED[*key, s].total_steps for s in (0, 1)]).mean())
+    assert "8 designs of 24 to 32 periods of 2 seeds, each two paired by the periods that both have" in text
     assert "among the best" in text
     for statistic in ("median", "iqm", "cvar=25"):
         robust, _ = drawn(Best(statistic=statistic), runs)

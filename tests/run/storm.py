@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import random
 import shutil
@@ -13,6 +14,7 @@ import signal
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -30,12 +32,16 @@ from tests.command_runner import PATIENCE
 from tests.run.kills import COMMAND
 from tests.servers import postgres_cluster
 
-#: Points that are new in each sweep; those before are in the store, pending, or were being learned.
-POINTS = 20
+#: Points that are new in each sweep, two transactions of them; those before are stored, pending, or not yet learned.
+POINTS = 60
 SWEEP = ("-m", "task.periods=3", "task.trials=10", "threads=2")
 TRACKER = "rl_design_space.tracking.process"
 #: Kills until a storm is over, and its points are counted.
 ROUND = 10
+#: What a kill waits for: a time after the start, a number of points that are learned, or a change of the store.
+MOMENTS = ("any", "learned", "stored")
+#: How far a sweep had come when it was killed: nothing, points learned but not stored, some points stored, all of them.
+STAGES = ("none", "learned", "some", "all")
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,7 @@ class Damage:
 
     Attributes:
         kills: commands or tracker processes that were killed.
-        stages: number of kills by whether the sweep had stored none, some or all of its new points.
+        stages: number of kills by how far the sweep had come, one of `STAGES`.
         lost, doubled: points without a complete run, and with several.
         stuck: RUNNING runs and pending records.
         tracebacks: commands that ended with one.
@@ -141,24 +147,38 @@ class Storm:
     def _kill_one(self) -> None:
         before = len(self._stored()[0])
         begin, process = monotonic(), self._start(self._chance.randrange(self._weather.outputs))
-        if self._weather.victim == "tracker":
-            while process.poll() is None and not _trackers(process.pid):
-                sleep(0.01)
-            until = monotonic() + self._chance.uniform(0, 0.5)
-        else:
-            until = monotonic() + self._chance.uniform(0.3, 1.1) * self._usual
-        while process.poll() is None and monotonic() < until:
-            sleep(0.01)
+        self._wait(process, self._chance.choice(MOMENTS), before)
         if process.poll() is not None:  # it has ended by itself: the next one has to be killed sooner
             self._usual = monotonic() - begin
         elif self._strike(process):
             self.damage.kills += 1
-            new = len(self._stored()[0]) - before
-            self.damage.stages["none" if not new else "all" if new == self._points - before else "some"] += 1
+            self.damage.stages[self._stage(before)] += 1
         if self._weather.victim == "command":
             sleep(self._chance.uniform(0, 0.5))  # its tracker process notices
         self._finish([process])
         self._points += POINTS
+
+    def _wait(self, process: subprocess.Popen[str], moment: str, before: int) -> None:
+        """Wait until a sweep has come so far that it is to be killed, or has ended."""
+        until = monotonic() + self._chance.uniform(0.3, 1.1) * self._usual
+        if moment == "learned":
+            number = self._pending() + self._chance.randint(1, POINTS)
+            _sleep_until(process, lambda: self._pending() >= number or len(self._stored()[0]) > before)
+            until = 0
+        elif moment == "stored":
+            _sleep_until(process, lambda: len(self._stored()[0]) > before)
+            until = monotonic() + self._chance.uniform(0, 1)  # a transaction takes half a second
+        _sleep_until(process, lambda: monotonic() > until)
+
+    def _stage(self, before: int) -> str:
+        new = len(self._stored()[0]) - before
+        if new:
+            return "all" if new == self._points - before else "some"
+        return "learned" if self._pending() else "none"
+
+    def _pending(self) -> int:
+        """Return the number of records that wait to be stored."""
+        return sum(1 for _ in self._folder.glob("out*/spool/*/*-point-*.record"))
 
     def _strike(self, process: subprocess.Popen[str]) -> bool:
         if self._weather.victim == "group":
@@ -213,6 +233,12 @@ _FINISHED = """
 _RUNNING = "select count(*) from runs where status = 'RUNNING'"
 
 
+def _sleep_until(process: subprocess.Popen[str], happened: Callable[[], bool]) -> None:
+    """Sleep until something has happened, or the process has ended."""
+    while process.poll() is None and not happened():
+        sleep(0.01)
+
+
 def _trackers(process: int) -> list[psutil.Process]:
     """Return the tracker processes that a command has started."""
     try:
@@ -233,7 +259,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="kinds whose name contains this, e.g. PostgreSQL")
     chosen = parser.parse_args()
     kinds = [kind for kind in KINDS if chosen.only in kind.name]
-    rounds = max(chosen.kills // (ROUND * len(kinds)), 1)
+    rounds = math.ceil(chosen.kills / (ROUND * len(kinds)))
     found = {kind.name: Damage() for kind in kinds}
     with ExitStack() as stack:
         cluster = stack.enter_context(postgres_cluster())
@@ -249,9 +275,9 @@ def main() -> int:
             total.stages += damage.stages
             for name in ("kills", "lost", "doubled", "stuck", "tracebacks"):
                 setattr(total, name, getattr(total, name) + getattr(damage, name))
-    table = Table("killed", "kills", "stored none / some / all", "lost", "doubled", "stuck", "tracebacks")
+    table = Table("killed", "kills", " / ".join(STAGES), "lost", "doubled", "stuck", "tracebacks")
     for name, total in found.items():
-        stages = " / ".join(str(total.stages[stage]) for stage in ("none", "some", "all"))
+        stages = " / ".join(str(total.stages[stage]) for stage in STAGES)
         table.add_row(name, *map(str, (total.kills, stages, total.lost, total.doubled, total.stuck, total.tracebacks)))
     Console(width=120).print(table)
     return int(any(total.lost or total.doubled or total.stuck for total in found.values()))

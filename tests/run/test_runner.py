@@ -238,3 +238,32 @@ def test_missing_returns_the_points_without_a_run_the_longest_first(study):
     found = missing(plan, tracker)
     assert [planned.name for planned in found.points] == [name_of(5), name_of(4)]
     assert set(found.stored) == {plan[1].fingerprint}
+
+
+def test_points_continue_runs_of_fewer_periods(study):
+    short, tracker = study(4, 5), MemoryTracker()
+    swept(short, tracker)
+    longer = Plan([planned.with_periods(7) for planned in study(4, 5, 6)])
+    found = missing(longer, tracker)
+    assert {fingerprint: beginning.periods for fingerprint, beginning in found.begun.items()} == {
+        planned.fingerprint: 2 for planned in longer[:2]
+    }
+    # The one that is learned from the beginning takes longest, though the grids of others are larger.
+    assert found.points[0] == longer[2]
+    outcome, _ = swept(longer, tracker, threads=2)
+    assert outcome.counts == counts(done=3)
+    learned = 0
+    for planned in longer:
+        expected = simulate(planned.point)
+        assert (tracker.results[planned.fingerprint].steps == expected.steps).all()
+        learned += expected.steps[2 if planned in longer[:2] else 0 :].sum()
+    assert outcome.steps == learned
+    # The runs of fewer periods stay, because they are those points.
+    assert {planned.fingerprint for planned in short} < set(tracker.runs)
+
+
+def test_the_same_point_with_another_number_of_periods(planner: Planner):
+    planned = planner(["task.periods=3", "seed=1"], ("mine",))
+    longer, other = planned.with_periods(8), planner(["seed=1", "task.periods=8"], ("mine",))
+    assert longer == other
+    assert (longer.name, longer.point.task.periods) == ("seed=1 task.periods=8", 8)

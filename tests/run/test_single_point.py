@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from rl_design_space import learning
 from rl_design_space.design import DesignPoint, Task, Torus
+from rl_design_space.learning import LearningCurves
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.run.outcome import PointFailedError
 from rl_design_space.run.single_point import run_point
@@ -40,7 +42,7 @@ def test_a_point_is_learned_once_and_added_to_later_studies():
 
 
 def test_the_error_of_a_component_is_one_line_with_its_place(monkeypatch: pytest.MonkeyPatch):
-    def simulate(*_: object) -> None:
+    def simulate(*_: object, **__: object) -> None:
         raise NameError("name 'undefined'\nis not defined")
 
     monkeypatch.setattr("rl_design_space.learning.simulate", simulate)
@@ -49,3 +51,20 @@ def test_the_error_of_a_component_is_one_line_with_its_place(monkeypatch: pytest
         run_point(PLANNED, tracker, 1)
     assert tracker.locked == set()
     assert tracker.runs == {}
+
+
+def test_a_point_continues_a_run_of_fewer_periods(monkeypatch: pytest.MonkeyPatch):
+    tracker, begun = MemoryTracker(), []
+    first = run_point(PLANNED, tracker, 1).result
+    learn = learning.simulate
+
+    def simulate(*arguments: object, **more: object) -> LearningCurves:
+        begun.append(more["begun"])
+        return learn(*arguments, **more)
+
+    monkeypatch.setattr("rl_design_space.learning.simulate", simulate)
+    longer = PLANNED.with_periods(5)
+    found = run_point(longer, tracker, 1).result
+    assert begun == [first]
+    assert (found.steps == learn(longer.point).steps).all()
+    assert set(tracker.runs) == {PLANNED.fingerprint, longer.fingerprint}

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 from rl_design_space.learning import LearningCurves
 from rl_design_space.plan.plan import Plan, PlannedPoint
-from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun, SweepEnding
+from rl_design_space.tracking.beginnings import beginnings
+from rl_design_space.tracking.tracker import Beginning, DeliveryStatus, StoredRun, SweepEnding
 
 
 @dataclass
@@ -43,10 +44,19 @@ class MemoryTracker:
     #: Points that cannot be stored, and the number of pending records.
     lost: dict[str, str] = field(default_factory=dict)
     pending: int = 0
+    #: Results that can be continued.
+    results: dict[str, LearningCurves] = field(default_factory=dict)
     location: str = "memory"
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         return {fingerprint: self.runs[fingerprint] for fingerprint in fingerprints if fingerprint in self.runs}
+
+    def beginnings(self, points: Collection[PlannedPoint]) -> dict[str, Beginning]:
+        counts = [result.steps.shape[0] for result in self.results.values()]
+        return beginnings(points, counts, self.finished)
+
+    def result(self, beginning: Beginning, planned: PlannedPoint) -> LearningCurves | None:
+        return self.results.get(beginning.fingerprint)
 
     def lock(self, fingerprint: str) -> bool:
         if self.busy.get(fingerprint, 0) > 0:
@@ -72,6 +82,7 @@ class MemoryTracker:
         scalars = curves.scalars()
         run = StoredRun(f"run {len(self.runs)}", frozenset(planned.studies), scalars)
         self.runs[planned.fingerprint] = run
+        self.results[planned.fingerprint] = curves
         return run
 
     def add_studies(self, stored: Mapping[str, StoredRun], studies: Mapping[str, Sequence[str]]) -> None:

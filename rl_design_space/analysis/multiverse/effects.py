@@ -1,4 +1,4 @@
-"""Effects: the numbers of the parts of a claim under many weightings of the periods at once.
+"""Effects: the numbers of the parts of a claim under many readings and weightings of the periods at once.
 
 The same parts as those of the ledger, but evaluated from numbers that are kept for every point and measure, since
 thousands of specifications share them.
@@ -14,7 +14,9 @@ from itertools import product
 from typing import Any, Protocol, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis import parts
 from rl_design_space.analysis.bounds import Bounds, known, stacked
 from rl_design_space.analysis.multiverse.margins import Margin, smallest
@@ -24,26 +26,18 @@ Where = Mapping[str, Any]
 
 
 class Source(Protocol):
-    """Measured numbers of points under one reading."""
+    """Measured numbers of points under several readings: (readings, 1 + resamples), the measured value first."""
 
     def one(self, where: Where, measure: Any) -> Bounds:
-        """Return a measure of the only point with these values.
-
-        Raises:
-            LookupError: it has not been recorded.
-        """
+        """Return a measure of the only point with these values."""
         ...
 
     def by(self, where: Where, parameter: str, measure: Any) -> Mapping[Any, Bounds]:
-        """Return a measure of all points with these values, by their value of another parameter.
-
-        Raises:
-            LookupError: one of them has not been recorded.
-        """
+        """Return a measure of all points with these values, by their value of another parameter."""
         ...
 
-    def exploration(self, where: Where, parameter: str) -> Mapping[Any, float]:
-        """Return the sum of ε over the trials of all points with these values, by their value of another parameter."""
+    def exploration(self, where: Where, parameter: str) -> Mapping[Any, FloatArray]:
+        """Return the sum of ε over the trials, (readings,), of all points with these values, by another parameter."""
         ...
 
 
@@ -53,7 +47,7 @@ class Effect:
 
     Attributes:
         what: description of the statistic.
-        numbers: its values; None if the effect is one of parts.
+        numbers: its values, (readings, 1 + resamples); None if the effect is one of parts.
         low, high: the range.
         placebos: the numbers that other values would have in place of the one that a claim calls the best.
         expected: parameter and value that a claim calls the best; None if it names none.
@@ -81,12 +75,26 @@ class Effect:
         return first
 
     @property
-    def decisive(self) -> Effect:
-        """The part that decides: the nearest to its limit or the farthest beyond it; the best one of alternatives."""
+    def leaves(self) -> list[Effect]:
+        """The parts that have numbers."""
+        return [self] if self.numbers is not None else [leaf for part in self.parts for leaf in part.leaves]
+
+    @property
+    def decisive(self) -> NDArray[np.intp]:
+        """The place of the leaf that decides, (readings,).
+
+        It is the one nearest to its limit or farthest beyond it; of alternatives the best one. Of equals it is the
+        first, of equal alternatives the last.
+        """
         if self.numbers is not None:
-            return self
-        ranked = sorted(self.parts, key=lambda part: part.margin.value)
-        return (ranked[0] if self.every else ranked[-1]).decisive
+            return np.zeros(len(self.numbers.low), np.intp)
+        margins = np.array([part.margin.value for part in self.parts])
+        last = len(margins) - 1
+        part = margins.argmin(axis=0) if self.every else last - margins[::-1].argmax(axis=0)
+        before = np.cumsum([0, *(len(each.leaves) for each in self.parts)])
+        inner = np.array([each.decisive for each in self.parts])
+        leaf: NDArray[np.intp] = before[part] + np.take_along_axis(inner, part[np.newaxis], axis=0)[0]
+        return leaf
 
     def slots(self) -> Iterator[Effect]:
         """Yield the parts in which another value could stand in place of the claimed best one."""
@@ -101,7 +109,7 @@ def effect(part: object, source: Source) -> Effect:
     """Return the effect of a part of a claim.
 
     Raises:
-        LookupError: a point that it needs has not been recorded.
+        LookupError: the value that it calls the best is not in the grid.
         ConfigError: it is a part that cannot be evaluated in this way.
     """
     raise ConfigError(f"{type(part).__name__}: a multiverse cannot have this part; it knows those of analysis.parts")
@@ -198,7 +206,7 @@ def _exploration(part: parts.ExplorationOverExploration, source: Source) -> Effe
 @effect.register
 def _known_observations(part: parts.KnownObservations, source: Source) -> Effect:
     value = part.test(cast(parts.Data, source)).value  # exact, from no data
-    return _ranged(part, known(np.array([value, value])))
+    return _ranged(part, known(np.array([[value, value]])))
 
 
 def _ranged(part: Any, numbers: Bounds, **more: Any) -> Effect:
@@ -220,4 +228,5 @@ def _at_best(source: Source, where: Where, part: parts.ExplorationOverExploratio
     grid = source.by(where, part.parameter, part.measure)
     exploration = source.exploration(where, part.parameter)
     chosen = np.argmin([numbers.low for numbers in grid.values()], axis=0)
-    return known(np.array([exploration[value] for value in grid])[chosen])
+    each = np.array([exploration[value] for value in grid])
+    return known(each[chosen, np.arange(each.shape[1])[:, np.newaxis]])

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 #: Placebos that are drawn where there are more than can be listed.
 DRAWS = 10_000
+#: Placebos that are computed at once; few enough for the cache of a core.
+_AT_ONCE = 100
 
 Booleans = NDArray[np.bool_]
 
@@ -137,26 +139,29 @@ def placebo(claims: Sequence[Outcomes], joint: Joint, within: Booleans, seed: in
     varied = [each for each in claims if each.slots]
     roles = dict.fromkeys(each.role for each in varied)
     base = np.sum([fixed[role].max(axis=1) for role in fixed if role not in roles] or [np.zeros(shape, int)], axis=0)
+    sure = sum(each.claim in joint.claims for each in claims if not each.slots)
     reached, same, most = [], [], len(joint.claims)
-    for values in _placebos(varied, seed):
-        total = base
+    for held in _held(varied, seed):
+        total: Any = base
+        there: Any = sure
         for role in roles:
             score = fixed[role]
-            for each in varied:
+            for each, holds in zip(varied, held, strict=True):
                 if each.role == role:
-                    score = score + _filled(each.with_values(values[each.claim]), shape)
-            total = total + score.max(axis=1)
-        reached.append(int(total[within].max()))
-        there = [
-            each.with_values(values.get(each.claim, ()))[
-                joint.reading, joint.measures[each.role], min(joint.statistic, each.rest.shape[2] - 1), joint.threshold
-            ]
-            for each in claims
-        ]
-        same.append(sum(map(bool, there)))
-    counts = np.array(reached)
+                    score = score + _filled(holds, shape)
+                    statistic = min(joint.statistic, holds.shape[3] - 1)
+                    there = there + holds[:, joint.reading, joint.measures[role], statistic, joint.threshold]
+            total = total + score.max(axis=-3)
+        reached.append(total[:, within].max(axis=1))
+        same.append(there)
+    if not reached:
+        return Placebo(math.nan, math.nan, 0, math.nan)
+    counts = np.concatenate(reached)
     return Placebo(
-        float((counts >= most).mean()), float((np.array(same) >= most).mean()), len(counts), float(counts.mean())
+        float((counts >= most).mean()),
+        float((np.concatenate(same) >= most).mean()),
+        len(counts),
+        float(counts.mean()),
     )
 
 
@@ -165,23 +170,35 @@ def as_good(claim: Outcomes, seed: int = 0) -> float:
     if not claim.slots:
         return math.nan
     own = claim.holds.mean()
-    others = [claim.with_values(values[claim.claim]).mean() >= own for values in _placebos([claim], seed)]
-    return float(np.mean(others))
+    others = [holds.mean(axis=(1, 2, 3, 4)) >= own for (holds,) in _held([claim], seed)]
+    return float(np.concatenate(others).mean())
 
 
-def _placebos(claims: Sequence[Outcomes], seed: int) -> Iterator[dict[str, list[Any]]]:
-    """Yield other values for all slots: all of them if there are not too many, else draws."""
+def _held(claims: Sequence[Outcomes], seed: int) -> Iterator[list[Booleans]]:
+    """Yield whether each claim holds with other values in all slots: (placebos, readings, …), some placebos at a time.
+
+    All of them if there are not too many, else draws.
+    """
     slots = [slot for each in claims for slot in each.slots]
-    number = math.prod(len(slot.others) for slot in slots) if slots else 0
+    sizes = [len(slot.others) for slot in slots]
+    number = math.prod(sizes) if slots else 0
     rng = np.random.default_rng(seed)
-    drawn: Iterator[Sequence[Any]] = (
-        iter(product(*(slot.others for slot in slots)))
+    drawn = np.array(
+        list(product(*map(range, sizes)))
         if number <= DRAWS
-        else ([slot.others[rng.integers(len(slot.others))] for slot in slots] for _ in range(DRAWS))
+        else [[rng.integers(size) for size in sizes] for _ in range(DRAWS)]
     )
-    for values in drawn if slots else ():
-        remaining = iter(values)
-        yield {each.claim: [next(remaining) for _ in each.slots] for each in claims}
+    tables = [np.array([slot.holds[value] for value in slot.others]) for slot in slots]
+    for start in range(0, len(drawn) if number else 0, _AT_ONCE):
+        remaining = iter(zip(tables, drawn[start : start + _AT_ONCE].T, strict=True))
+        held = []
+        for each in claims:
+            holds = np.broadcast_to(each.rest, (len(drawn[start : start + _AT_ONCE]), *each.rest.shape))
+            for _ in each.slots:
+                table, places = next(remaining)
+                holds = holds & table[places]
+            held.append(holds)
+        yield held
 
 
 def _roles(claims: Sequence[Outcomes]) -> dict[str, None]:
@@ -200,7 +217,7 @@ def _score(claims: Sequence[Outcomes], role: str, shape: tuple[int, ...]) -> NDA
 
 
 def _filled(holds: Booleans, shape: tuple[int, ...]) -> Booleans:
-    return np.broadcast_to(holds, (holds.shape[0], holds.shape[1], shape[1], holds.shape[3]))
+    return np.broadcast_to(holds, (*holds.shape[:-2], shape[1], holds.shape[-1]))
 
 
 def _at(claim: Outcomes, measure: int, reading: int, statistic: int, threshold: int) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.bounds import Bounds
@@ -14,18 +15,28 @@ from rl_design_space.analysis.bounds import Bounds
 #: Margins are cut here: a number of the wrong sign, and one beyond a limit of 0, have no factor.
 MOST = math.log(100)
 
+Booleans = NDArray[np.bool_]
 
-def interval(numbers: Bounds) -> tuple[float, float]:
+
+def interval(numbers: Bounds) -> tuple[FloatArray, FloatArray]:
     """Return the ends of the middle 95 % of resamples, those of the bounds where these differ; NaN if not defined.
 
     Args:
-        numbers: (1 + resamples,) the measured value first.
+        numbers: (..., 1 + resamples) the measured value first.
+
+    Returns:
+        (...,) each.
     """
-    low, high = numbers.low[1:], numbers.high[1:]
-    if not len(low) or np.isnan(low).any() or np.isnan(high).any():
-        return math.nan, math.nan
-    ends = np.percentile(low, 2.5, method="lower"), np.percentile(high, 97.5, method="higher")
-    return float(ends[0]), float(ends[1])
+    low, high = numbers.low[..., 1:], numbers.high[..., 1:]
+    nothing = np.full(low.shape[:-1], np.nan)
+    if not low.shape[-1]:
+        return nothing, nothing
+    undefined = np.isnan(low).any(axis=-1) | np.isnan(high).any(axis=-1)
+    ends = (
+        np.percentile(low, 2.5, axis=-1, method="lower"),
+        np.percentile(high, 97.5, axis=-1, method="higher"),
+    )
+    return np.where(undefined, np.nan, ends[0]), np.where(undefined, np.nan, ends[1])
 
 
 def smallest(numbers: Sequence[Bounds]) -> Bounds:
@@ -40,7 +51,7 @@ class Margin:
     Where the number is censored, only bounds of its margin are known.
 
     Attributes:
-        worst, best: (1 + resamples,) lower and upper bounds.
+        worst, best: (..., 1 + resamples) lower and upper bounds.
     """
 
     worst: FloatArray
@@ -51,7 +62,7 @@ class Margin:
         """Return the margin of numbers in a range.
 
         Args:
-            numbers: (1 + resamples,) under the equal weighting of the periods, which gives the measured value, and
+            numbers: (..., 1 + resamples) under the equal weighting of the periods, which gives the measured value, and
                 in resamples; what is not defined, such as 0 / 0, may be anything.
             low: lower end of the range; may be minus infinity.
             high: upper end of the range; may be infinity.
@@ -70,26 +81,28 @@ class Margin:
         return Margin(np.maximum(self.worst, other.worst), np.maximum(self.best, other.best))
 
     @property
-    def holds(self) -> bool | None:
-        """Whether the measured value lies inside; None if that cannot be told of a censored one."""
-        if self.worst[0] >= 0:
-            return True
-        return False if self.best[0] < 0 else None
+    def holds(self) -> Booleans:
+        """Whether the measured value lies inside."""
+        return np.asarray(self.worst[..., 0] >= 0)
 
     @property
-    def certainty(self) -> float:
+    def fails(self) -> Booleans:
+        """Whether the measured value lies outside; of a censored one neither this nor that may be told."""
+        return np.asarray(~self.holds & (self.best[..., 0] < 0))
+
+    @property
+    def certainty(self) -> FloatArray:
         """Share of the resamples that come out as the measured value does; NaN if it cannot be told how that does."""
-        holds = self.holds
-        if holds is None or len(self.worst) < 2:
-            return math.nan
-        same = self.worst[1:] >= 0 if holds else self.best[1:] < 0
-        return float(same.mean())
+        holds, fails = self.holds, self.fails
+        if self.worst.shape[-1] < 2:
+            return np.full(holds.shape, np.nan)
+        inside, outside = (self.worst[..., 1:] >= 0).mean(axis=-1), (self.best[..., 1:] < 0).mean(axis=-1)
+        return np.where(holds, inside, np.where(fails, outside, np.nan))
 
     @property
-    def value(self) -> float:
+    def value(self) -> FloatArray:
         """The margin of the measured value; the bound that decides, or 0 if none does."""
-        holds = self.holds
-        return 0.0 if holds is None else float(self.worst[0] if holds else self.best[0])
+        return np.where(self.holds, self.worst[..., 0], np.where(self.fails, self.best[..., 0], 0.0))
 
 
 def _above(numbers: FloatArray, limit: float) -> FloatArray:

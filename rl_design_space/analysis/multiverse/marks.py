@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import combinations
 
@@ -70,6 +70,26 @@ def marked(
         return Marked(Mark.NOWHERE if fails else Mark.OPEN, share, clear)
     names, within = named_choices(holds, choices)
     return Marked(Mark.UNDER, share, clear, names, within)
+
+
+def with_triples(
+    found: Marked, holds: NDArray[np.bool_], certainty: NDArray[np.float64], readings: Mapping[str, NDArray[np.bool_]]
+) -> Marked:
+    """Return the mark of a claim that was also tried under readings that were selected afterwards.
+
+    They do not count in its shares; but where nothing else makes it hold, one of them may.
+
+    Args:
+        found: the mark without them.
+        holds: (specifications,) whether the claim holds under each.
+        certainty: as in `marked`.
+        readings: (specifications,) by name of a reading, whether each specification has it.
+    """
+    clearly = holds & (np.nan_to_num(certainty) >= CLEAR)
+    if found.mark not in (Mark.NOWHERE, Mark.OPEN) or not clearly.any():
+        return found
+    share, name = max((float(holds[made].mean()), name) for name, made in readings.items() if clearly[made].any())
+    return replace(found, mark=Mark.UNDER, choices=(name,), within=share)
 
 
 def named_choices(holds: NDArray[np.bool_], choices: Mapping[str, NDArray[np.bool_]]) -> tuple[tuple[str, ...], float]:

@@ -47,12 +47,17 @@ def measured(name: str, recorded: LearningCurves, weights: FloatArray) -> Bounds
             f"seed, task.periods: points of {weights.shape[1]} and {len(recorded.steps)} periods cannot be compared in "
             "pairs; a claim needs points with the same seeds and numbers of periods"
         )
-    spec, trials = parsed(name), recorded.steps.shape[1]
-    if spec.name == "steps_after" and spec.value >= trials:
-        raise LookupError(f"{name}: there are only {trials} trials")
+    if not has_trials(name, recorded):
+        raise LookupError(f"{name}: there are only {recorded.steps.shape[1]} trials")
     found = Censored.of(measure(name), recorded, weights)
     samples = found.values
     return Bounds(samples, np.where(found.at_least, np.inf, samples) if found.at_least.any() else samples)
+
+
+def has_trials(name: str, recorded: LearningCurves) -> bool:
+    """Return whether a point has enough trials for a measure."""
+    spec = parsed(name)
+    return spec.name != "steps_after" or spec.value is None or spec.value < recorded.steps.shape[1]
 
 
 def share_ends(name: str, recorded: LearningCurves) -> tuple[float, float] | None:

@@ -130,7 +130,7 @@ class _ChunkQueue:
                 failed.append((planned, error))
                 continue
             chunk.points.append(planned)
-            steps += expected_steps(planned.point)
+            steps += expected_steps(planned.point, planned.periods_begun)
         return chunk
 
     def _next(self) -> PlannedPoint | None:

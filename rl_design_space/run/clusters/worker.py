@@ -37,12 +37,12 @@ class Failure:
 
 
 def pickled(planned: PlannedPoint) -> bytes:
-    """Return a point and its fingerprint, pickled.
+    """Return a point, its fingerprint and the result of its first periods, pickled.
 
     Raises:
         Exception: a component cannot be pickled.
     """
-    return pickle.dumps((planned.fingerprint, planned.point))
+    return pickle.dumps((planned.fingerprint, planned.point, planned.begun))
 
 
 def learn_chunk(points: Sequence[bytes], kernel: int, folders: Sequence[str] = ()) -> list[LearningCurves | Failure]:
@@ -69,10 +69,10 @@ def _learn(point_bytes: bytes) -> LearningCurves | Failure:
     from rl_design_space.learning.simulation import simulate
 
     try:
-        expected, point = pickle.loads(point_bytes)
+        expected, point, begun = pickle.loads(point_bytes)
         if fingerprint(point) != expected:
             raise RuntimeError("the worker has loaded another version of a user component; restart the workers")
-        return simulate(point, threads=1)
+        return simulate(point, threads=1, begun=begun)
     except Exception as error:
         place = extract_tb(error.__traceback__)[-1]
         return Failure(type(error).__name__, f"{error} ({place.filename}:{place.lineno})")

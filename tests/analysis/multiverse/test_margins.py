@@ -17,6 +17,12 @@ def margin(numbers: list[float], low: float, high: float) -> Margin:
     return Margin.of(known(np.array(numbers, float)), low, high)
 
 
+def outcome(of: Margin) -> bool | None:
+    """Return whether a number is inside; None if that cannot be told."""
+    assert not (of.holds & of.fails).any()
+    return True if of.holds else False if of.fails else None
+
+
 @pytest.mark.parametrize(
     ("value", "low", "high", "factor"),
     [(2.0, 1.0, INF, 2), (0.5, 1.0, INF, 0.5), (1.0, -INF, 1.05, 1.05), (3, 1, 4, 4 / 3), (8, 1, 4, 0.5)],
@@ -38,22 +44,22 @@ def test_certainty_counts_the_resamples_that_come_out_alike():
 def test_what_follows_from_a_censored_number_is_told_and_the_rest_is_not():
     never = Bounds(np.array([100.0]), np.array([INF]))
     twenty = known(np.array([20.0]))
-    assert Margin.of(never.over(twenty), 1.5, INF).holds is True
-    assert Margin.of(never.over(twenty), 6, INF).holds is None
-    assert Margin.of(twenty.over(never), -INF, 0.5).holds is None  # it is never divided by
-    assert Margin.of(twenty.minus(never), -INF, 0).holds is True
-    assert Margin.of(never, -INF, 45).holds is False
-    assert Margin.of(never.over(never), 0.8, 1.25).holds is None
+    assert outcome(Margin.of(never.over(twenty), 1.5, INF)) is True
+    assert outcome(Margin.of(never.over(twenty), 6, INF)) is None
+    assert outcome(Margin.of(twenty.over(never), -INF, 0.5)) is None  # it is never divided by
+    assert outcome(Margin.of(twenty.minus(never), -INF, 0)) is True
+    assert outcome(Margin.of(never, -INF, 45)) is False
+    assert outcome(Margin.of(never.over(never), 0.8, 1.25)) is None
 
 
 def test_what_is_not_defined_is_not_told():
-    assert margin([math.nan, 1], 0.5, INF).holds is None
+    assert outcome(margin([math.nan, 1], 0.5, INF)) is None
 
 
 def test_all_and_any():
     inside, outside = margin([2], 1, INF), margin([0.5], 1, INF)
-    assert (inside & outside).holds is False
-    assert (inside | outside).holds is True
+    assert outcome(inside & outside) is False
+    assert outcome(inside | outside) is True
     assert (inside & outside).value == outside.value
 
 
@@ -63,5 +69,16 @@ def test_the_smallest_of_numbers_is_bounded_by_the_known_one():
 
 
 def test_an_interval_leaves_the_measured_value_aside():
-    assert interval(known(np.array([50.0, *range(1, 101)]))) == (3, 98)
+    assert interval(known(np.array([[50.0, *range(1, 101)]] * 2))) == (pytest.approx([3, 3]), pytest.approx([98, 98]))
     assert all(map(math.isnan, interval(known(np.array([1.0])))))
+
+
+def test_several_readings_at_once_are_those_one_by_one():
+    numbers = np.random.default_rng(1).lognormal(size=(5, 11))
+    numbers[3, 4] = math.nan
+    together = Margin.of(known(numbers), 0.8, 1.25)
+    for row, alone in enumerate(numbers):
+        one = Margin.of(known(alone), 0.8, 1.25)
+        assert (together.holds[row], together.fails[row], together.value[row]) == (one.holds, one.fails, one.value)
+        np.testing.assert_equal(together.certainty[row], one.certainty)
+        np.testing.assert_equal([end[row] for end in interval(known(numbers))], interval(known(alone)))

@@ -84,7 +84,7 @@ def test_chunks_of_short_points_grow_and_long_points_stay_alone():
     assert sizes[:4] == [1, 1, 1, 1]
     assert max(sizes) > 4
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(chunks, "expected_steps", lambda _: 1e9)
+        patch.setattr(chunks, "expected_steps", lambda *_: 1e9)
         learned(long, [*(point(size) for size in range(4, 40))])
     assert {len(chunk) for chunk in long.submitted} == {1}
 
@@ -172,3 +172,11 @@ def test_a_worker_with_another_version_of_a_user_component_fails():
 def test_a_worker_with_another_kernel_version_refuses_to_learn():
     with pytest.raises(RuntimeError, match="has version 1 of the learning algorithm, not 2"):
         learn_chunk([], 2)
+
+
+def test_a_point_continues_a_result_of_fewer_periods():
+    short = point(4)
+    (begun,) = learn_chunk([pickled(short)], KERNEL_VERSION)
+    (found,) = learn_chunk([pickled(short.with_periods(9, begun))], KERNEL_VERSION)
+    assert found.seconds > begun.seconds
+    assert np.array_equal(found.steps, simulate(short.with_periods(9).point).steps)

@@ -1,0 +1,282 @@
+"""The best deterministic memoryless policy: how few steps it needs if the same observation always gets the same action.
+
+To find it is hard in general: NP-hard (Littman, "Memoryless policies", 1994). Here everything is deterministic, so a
+policy is one path, and it is found by branch and bound: actions are assigned to observations in the order in which the
+path meets them, and a branch is given up if even free choice in all observations without an action could not save it.
+Goals at which counters begin that share no observation with earlier ones divide the search into independent parts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rl_design_space._arrays import FloatArray
+from rl_design_space.design import DesignPoint
+from rl_design_space.learning.compiled import compiled, compiled_and_kept
+from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.tables import Tables, learning_tables, observation_codes
+
+#: Assignments that a search tries for each of its parts before it is given up.
+NODES = 20_000
+#: Layouts whose observations are computed at a time.
+_AT_A_TIME = 64
+
+
+class Decisions(NamedTuple):
+    """The task as a graph: its states are success counter · cells + cell, and the last one is the end.
+
+    Attributes:
+        following: (actions, states) int32, the state that each action leads to.
+        steps: (actions, states) int32, the steps that it makes.
+    """
+
+    following: NDArray[np.int32]
+    steps: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Memoryless:
+    """What is known of the best deterministic memoryless policy of a layout.
+
+    Attributes:
+        steps: steps of the best one found; None if none was found.
+        bound: fewest steps that any could need; more than the step cap if none can reach the final goal.
+        max_steps: the step cap.
+    """
+
+    steps: int | None
+    bound: int
+    max_steps: int
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the best policy was found, or it is proven that none reaches the final goal."""
+        return self.steps == self.bound or not self.is_possible
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether a policy may reach the final goal; it does if one was found."""
+        return self.bound <= self.max_steps
+
+
+def decisions(tables: Tables, goals: NDArray[np.int32]) -> Decisions:
+    """Return the graph of a layout.
+
+    Args:
+        tables: of the design point.
+        goals: (n_goals,) cells.
+    """
+    n_goals, cells = len(goals), tables.next_cell.shape[1]
+    states, directions = n_goals * cells, len(tables.next_cell)
+    following = np.full((directions * len(tables.lengths), states + 1), states, dtype=np.int32)
+    steps = np.zeros_like(following)
+    for number, length in enumerate(tables.lengths):
+        for direction in range(directions):
+            counter, cell = np.divmod(np.arange(states), cells)
+            made = np.zeros(states, dtype=np.int32)
+            going = np.ones(states, dtype=np.bool_)
+            for _ in range(length):
+                cell = np.where(going, tables.next_cell[direction, cell], cell)
+                reached = going & (cell == goals[np.minimum(counter, n_goals - 1)])
+                counter, made = counter + reached, made + going
+                going &= (counter < n_goals) & ~(reached & tables.rules.stop_at_sub_goal)
+                if not going.any():
+                    break
+            action = number * directions + direction
+            following[action, :states] = np.where(counter < n_goals, counter * cells + cell, states)
+            steps[action, :states] = made
+    return Decisions(following, steps)
+
+
+def best_memoryless(
+    tables: Tables, layout: NDArray[np.int32], row: NDArray[np.int32], nodes: int = NODES
+) -> Memoryless:
+    """Search the best deterministic memoryless policy of a layout.
+
+    Args:
+        tables: of the design point.
+        layout: (1 + n_goals,) start and goals.
+        row: (n_goals, cells) number of the observation in each state.
+        nodes: assignments that the search tries for each of its parts.
+    """
+    start, goals, cells, cap = int(layout[0]), layout[1:], row.shape[1], tables.rules.max_steps
+    graph = decisions(tables, goals)
+    rows = np.append(row.ravel(), row.max() + 1).astype(np.int32)
+    # Where an action may pass a goal, the next counter begins in different cells, and nothing is independent.
+    divisible = len(tables.lengths) == 1 or tables.rules.stop_at_sub_goal
+    ends = _ends(row) if divisible else [len(goals) - 1]
+    found, bound, first = 0, 0, 0
+    complete = True
+    for last in ends:
+        origin = first * cells + (start if first == 0 else int(goals[first - 1]))
+        target = (last + 1) * cells + int(goals[last]) if last + 1 < len(goals) else len(goals) * cells
+        steps, least = _search(*graph, rows, origin, target, cap, nodes, len(tables.lengths) == 1)
+        complete &= steps >= 0
+        found, bound, first = found + steps, bound + least, last + 1
+    return Memoryless(found if complete and found <= cap else None, min(bound, cap + 1), cap)
+
+
+def memoryless_steps(point: DesignPoint, layouts: NDArray[np.int32]) -> FloatArray:
+    """Return the steps of the best deterministic memoryless policy of each layout; NaN where they are not known.
+
+    Args:
+        point: the design point.
+        layouts: (layouts, 1 + n_goals) start and goals.
+    """
+    tables = learning_tables(point)
+    optimum = shortest_tours(tables.next_cell, layouts)
+    found = np.full(len(layouts), np.nan)
+    for first in range(0, len(layouts), _AT_A_TIME):
+        part = slice(first, first + _AT_A_TIME)
+        for number, codes in enumerate(observation_codes(point, layouts[part, 1:]), first):
+            row = np.unique(codes, return_inverse=True)[1].reshape(codes.shape).astype(np.int32)
+            if all(len(np.unique(each)) == len(each) for each in row) and len(_ends(row)) == len(row):
+                # No two states of a counter look the same: whatever is on a shortest tour is on it once.
+                found[number] = optimum[number]
+                continue
+            best = best_memoryless(tables, layouts[number], row)
+            if best.is_exact and best.steps is not None:
+                found[number] = best.steps
+    return found
+
+
+def _ends(row: NDArray[np.int32]) -> list[int]:
+    """Return the success counters after which no observation occurs that has occurred up to them."""
+    last = np.zeros(int(row.max()) + 1, dtype=np.int64)
+    for counter, rows in enumerate(row):
+        last[rows] = counter
+    reach = np.maximum.accumulate([int(last[rows].max()) for rows in row])
+    return [counter for counter, latest in enumerate(reach.tolist()) if latest == counter]
+
+
+@compiled
+def _fewest(following, steps, row, policy, origin, target, limit, unit, distance, queue, queued):
+    """Return the fewest steps between two states where observations with an action allow that one alone; -1 if none.
+
+    States are looked at again when a shorter way to them is found, which is never the case if all steps are one.
+    """
+    n_actions, states = following.shape
+    distance[:] = -1
+    distance[origin] = 0
+    queue[0] = origin
+    head, waiting = 0, 1
+    while waiting:
+        state = queue[head]
+        head = (head + 1) % states
+        waiting -= 1
+        queued[state] = False
+        if state == target:
+            if unit:
+                for place in range(waiting):
+                    queued[queue[(head + place) % states]] = False
+                break
+            continue
+        only = policy[row[state]]
+        for action in range(n_actions):
+            if only >= 0 and action != only:
+                continue
+            after = following[action, state]
+            there = distance[state] + steps[action, state]
+            if there <= limit and (distance[after] < 0 or there < distance[after]):
+                distance[after] = there
+                if not queued[after]:
+                    queue[(head + waiting) % states] = after
+                    queued[after] = True
+                    waiting += 1
+    return distance[target]
+
+
+@compiled
+def _followed(following, steps, row, policy, state, target, made):
+    """Follow a policy up to an observation without an action.
+
+    Returns:
+        The state there, the steps made, and whether the policy goes round in a circle instead.
+    """
+    for _ in range(following.shape[1]):
+        action = policy[row[state]]
+        if state == target or action < 0:
+            return state, made, False
+        made += steps[action, state]
+        state = following[action, state]
+    return state, made, True
+
+
+@compiled_and_kept
+def _search(following, steps, row, origin, target, cap, nodes, unit):
+    """Search the policy with the fewest steps between two states.
+
+    Returns:
+        The steps of the best one found, -1 if none, and the fewest that any could need: one more than the cap if it is
+        proven that none reaches the target.
+    """
+    n_actions, states = following.shape
+    n_rows = row.max() + 1
+    policy = np.full(n_rows, -1, dtype=np.int64)
+    distance, queue, queued = (
+        np.empty(states, dtype=np.int64),
+        np.empty(states, dtype=np.int64),
+        np.zeros(states, dtype=np.bool_),
+    )
+    least = _fewest(following, steps, row, policy, origin, target, cap, unit, distance, queue, queued)
+    if least < 0:
+        return -1, cap + 1
+    # By depth of the search: the observation, the state where it is met first, the steps up to there, the actions that
+    # are worth a try, the steps that each needs at least, their number, and how many were tried.
+    rows, places, before = (
+        np.empty(n_rows, dtype=np.int64),
+        np.empty(n_rows, dtype=np.int64),
+        np.empty(n_rows, dtype=np.int64),
+    )
+    options, needs = np.empty((n_rows, n_actions), dtype=np.int64), np.empty((n_rows, n_actions), dtype=np.int64)
+    number, tried = np.empty(n_rows, dtype=np.int64), np.empty(n_rows, dtype=np.int64)
+    best, depth, used = -1, 0, 0
+    state, made = origin, 0
+    while True:
+        state, made, goes_round = _followed(following, steps, row, policy, state, target, made)
+        if state == target:
+            if made <= cap and (best < 0 or made < best):
+                best = made
+                if best == least:
+                    return best, least
+        elif not goes_round:
+            used += 1
+            if used > nodes:
+                return best, least
+            limit = cap if best < 0 else best - 1
+            rows[depth], places[depth], before[depth] = row[state], state, made
+            count = 0
+            for action in range(n_actions):
+                policy[row[state]] = action
+                need = made + steps[action, state]
+                after = following[action, state]
+                more = _fewest(
+                    following, steps, row, policy, after, target, limit - need, unit, distance, queue, queued
+                )
+                if need <= limit and more >= 0:
+                    place = count
+                    while place > 0 and needs[depth, place - 1] > need + more:
+                        needs[depth, place], options[depth, place] = needs[depth, place - 1], options[depth, place - 1]
+                        place -= 1
+                    needs[depth, place], options[depth, place] = need + more, action
+                    count += 1
+            policy[row[state]] = -1
+            number[depth], tried[depth] = count, 0
+            depth += 1
+        # Go back to the last observation with an untried action that could be better.
+        while depth:
+            top = depth - 1
+            if tried[top] < number[top] and (best < 0 or needs[top, tried[top]] < best):
+                break
+            policy[rows[top]] = -1
+            depth -= 1
+        if depth == 0:
+            return best, best if best >= 0 else cap + 1
+        top = depth - 1
+        policy[rows[top]] = options[top, tried[top]]
+        tried[top] += 1
+        state, made = places[top], before[top]
