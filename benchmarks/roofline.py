@@ -35,27 +35,27 @@ _compiled = njit(error_model="numpy")
 
 
 @_compiled
-def _decide(turns, lanes, next_of, entries, lengths, rules, running, wide):
+def _decide(turns, lanes, next_of, entries, limits, rules, running, wide):
     for _ in range(turns):
         behaviour.draw(lanes.numbers, wide)
-        behaviour.choose(lanes.numbers, lanes.values, wide, lengths, rules)
+        behaviour.choose(lanes.numbers, lanes.values, wide, limits, rules)
 
 
 @_compiled
-def _move(turns, lanes, next_of, entries, lengths, rules, running, wide):
+def _move(turns, lanes, next_of, entries, limits, rules, running, wide):
     q = lanes.q.ravel()
     for _ in range(turns):
-        moving.move_once(lanes.numbers, lanes.reals, lanes.values, q, running, next_of, entries, lengths)
+        moving.move_once(lanes.numbers, lanes.reals, lanes.values, q, running, next_of, entries, limits)
 
 
 @_compiled
-def _update(turns, lanes, next_of, entries, lengths, rules, running, wide):
+def _update(turns, lanes, next_of, entries, limits, rules, running, wide):
     for _ in range(turns):
-        updating.update(lanes.numbers, lanes.reals, lanes.values, wide, np.uint64(0), lengths, rules)
+        updating.update(lanes.numbers, lanes.reals, lanes.values, wide, np.uint64(0), limits, rules, True)
 
 
 @_compiled
-def _keep(turns, lanes, next_of, entries, lengths, rules, running, wide):
+def _keep(turns, lanes, next_of, entries, limits, rules, running, wide):
     q = lanes.q.ravel()
     for _ in range(turns):
         updating.keep(lanes.numbers, lanes.reals, lanes.values, q, running, False)
@@ -153,14 +153,14 @@ def _parts(turns: int) -> dict[str, Callable[[int], float]]:
     next_of = np.ascontiguousarray(tables.next_cell.T).ravel()
     runs: dict[str, Callable[[int], float]] = {}
     for name, part in _PARTS.items():
-        lanes = empty_lanes(LANES, codes[0].size, tables.lengths)
+        lanes = empty_lanes(LANES, codes[0].size, tables.limits)
         # Ends as soon as two periods have, so that the others stand in their last trials.
         kernel.learn(
-            tables.next_cell, tables.lengths, tables.threshold, tables.rules, codes, 0, layout, generator, lanes,
-            False, steps, success, rows,
+            tables.next_cell, tables.limits, tables.threshold, tables.rules, codes, 0, layout, generator, lanes,
+            False, steps, success, rows, None,
         )  # fmt: skip
         running = int(lanes.running[0])
-        arguments = (lanes, next_of, lanes.entries.ravel(), tables.lengths, tables.rules, running, LANES)
+        arguments = (lanes, next_of, lanes.entries.ravel(), tables.limits, tables.rules, running, LANES)
         runs[name] = partial(_timed, part, turns, arguments, running)
     return runs
 

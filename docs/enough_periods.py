@@ -1,7 +1,8 @@
 """Measure how often the interval of a mean holds the true one when learning stops: `python -m docs.enough_periods`.
 
 Prints the table of docs/decisions/0028-enough-periods.md: numbers of periods are drawn, in the batches of
-`learning.precision`, until the precision is reached. Takes about ten minutes of a core.
+`learning.precision`, until the precision is reached. Takes a few minutes of a core. With `--fixed`, learning stops when
+the usual interval is narrow enough, which takes no account of the looks.
 """
 
 from __future__ import annotations
@@ -80,29 +81,36 @@ def cell(point: DesignPoint, periods: int = _CELL_PERIODS) -> Population:
     return Population(lambda rng, count: every[rng.integers(len(every), size=count)], float(every.mean()))
 
 
-def stop(population: Population, rule: Precision, rng: np.random.Generator) -> Stop:
-    """Draw numbers until they are enough, and return what is known then."""
+def stop(population: Population, rule: Precision, rng: np.random.Generator, *, fixed: bool = False) -> Stop:
+    """Draw numbers until they are enough, and return what is known then.
+
+    Args:
+        population: what is drawn from.
+        rule: when they are enough.
+        rng: draws.
+        fixed: whether the usual interval decides.
+    """
     numbers, look = np.empty(0), rule.first
     while True:
         numbers = np.concatenate([numbers, population.draw(rng, look - len(numbers))])
         half, mean = anytime_half_width(numbers, rule.first), float(numbers.mean())
-        following = rule.following(len(numbers), half / abs(mean))
+        usual = _NORMAL_95 * float(numbers.std(ddof=1)) / len(numbers) ** 0.5
+        following = rule.following(len(numbers), (usual if fixed else half) / abs(mean))
         if following is None:
             off = abs(mean - population.mean)
-            fixed = _NORMAL_95 * float(numbers.std(ddof=1)) / len(numbers) ** 0.5
-            return Stop(off <= half, off <= fixed, len(numbers))
+            return Stop(off <= half, off <= usual, len(numbers))
         look = following
 
 
-def table(populations: Mapping[str, Population], samples: int) -> list[str]:
+def table(populations: Mapping[str, Population], samples: int, *, fixed: bool) -> list[str]:
     """Return the rows of the table: how often both intervals hold, and how many periods were needed on average."""
     rows = []
     for name, population in populations.items():
         for first, relative in _RULES:
             rule, rng = Precision(relative, "total_steps", first, _AT_MOST), np.random.default_rng(first)
-            found = np.array([stop(population, rule, rng) for _ in range(samples)], dtype=np.float64)
-            held, fixed, periods = found.mean(axis=0)
-            rows.append(f"| {name} | {first} | {relative:.0%} | {held:.1%} | {fixed:.1%} | {periods:,.0f} |")
+            found = np.array([stop(population, rule, rng, fixed=fixed) for _ in range(samples)], dtype=np.float64)
+            held, usual, periods = found.mean(axis=0)
+            rows.append(f"| {name} | {first} | {relative:.0%} | {held:.1%} | {usual:.1%} | {periods:,.0f} |")
     return rows
 
 
@@ -110,7 +118,8 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=2000, help="samples for each row (default: %(default)s)")
-    samples = parser.parse_args().samples
+    parser.add_argument("--fixed", action="store_true", help="stop when the usual interval is narrow enough")
+    arguments = parser.parse_args()
     design = DesignPoint(exploration=Linear(k=0.02), task=Task())
     populations = {
         "normal": normal(),
@@ -121,7 +130,7 @@ def main() -> None:
     }
     print("| numbers | first batch | precision | holds at the stop | usual interval | periods |")
     print("|---|---|---|---|---|---|")
-    print("\n".join(table(populations, samples)))
+    print("\n".join(table(populations, arguments.samples, fixed=arguments.fixed)))
 
 
 if __name__ == "__main__":

@@ -21,14 +21,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from rl_design_space._arrays import IntArray
 from rl_design_space.design import (
+    ActionSet,
+    AdHoc,
     CarryRule,
     Curriculum,
     DesignPoint,
+    Direct,
+    Direction,
     Exploration,
-    MultiStepActions,
     Representation,
     Reward,
     SizedRepresentation,
@@ -58,6 +62,8 @@ __all__ = [
 
 _WORLDS: tuple[World, ...] = (Torus(size=4), Torus(size=(5, 3)), Walled(size=(2, 4)))
 _TRIALS = (1, 2, 7, 100)
+#: Representations that show much, little, and nothing of the goals.
+_SIGHTED: tuple[Representation, ...] = (Direct(), Direction(), Direction(goals="all"), AdHoc())
 #: Number of goals whose offsets are checked: all cells of a small world, a sample of a large one.
 _MOST_GOALS = 64
 
@@ -115,11 +121,49 @@ def check_reward(reward: Reward) -> None:
     _repeatable("table()", partial(checked.rewards, point))
 
 
-def check_msa(msa: MultiStepActions) -> None:
-    """Check the lengths of a set of actions: the primitive actions first, then every other length once."""
-    _check_value(msa, MultiStepActions)
-    point = DesignPoint(msa=msa)
-    _repeatable("action_lengths()", partial(checked.lengths, point))
+def check_msa(msa: ActionSet, representations: Sequence[Representation] = _SIGHTED) -> None:
+    """Check the limits of a set of actions, and that what they do follows from the observation alone.
+
+    Args:
+        msa: the actions. A set of multi-step actions has the primitive actions first, then every other length once.
+        representations: with which to check what they do; those that do not show what the actions need are left out.
+    """
+    _check_value(msa, ActionSet)
+    fitting = [
+        point
+        for representation in representations
+        for world in _WORLDS
+        for n_goals in (1, 2, 3)
+        if (point := _fitting(msa, representation, world, n_goals))
+    ]
+    _expect(bool(fitting), f"{type(msa).__name__} must fit a representation: no one shows what its actions need")
+    _repeatable("limits()", partial(checked.limits, fitting[0]))
+    for point in fitting:
+        cells, n_goals = cell_count(point.world), point.task.goals
+        done = _check_layouts("behaviour()", partial(_done, point), cells, n_goals)
+        codes = checked.observation_codes(point, _layouts(cells, n_goals))
+        _, first, number = np.unique(codes, return_index=True, return_inverse=True)
+        by_state = done.reshape(codes.size, -1)
+        _expect(
+            np.array_equal(by_state, by_state[first][number.ravel()]),
+            f"behaviour() must be the same at equal observations, but with {point.representation} it is not: actions "
+            "may depend only on what the observation shows",
+        )
+
+
+def _fitting(msa: ActionSet, representation: Representation, world: World, n_goals: int) -> DesignPoint | None:
+    """Return a point of these choices; None if the representation does not show what the actions need."""
+    try:
+        return DesignPoint(msa=msa, representation=representation, world=world, task=Task(goals=n_goals))
+    except ValidationError:
+        return None
+
+
+def _done(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
+    """Return what the actions do in some layouts, (..., n_goals, cells, 2 · n_actions + 1)."""
+    steps, stops, marks = checked.behaviour_of(point, goals, checked.observation_codes(point, goals))
+    marks = np.zeros(steps.shape[1:], dtype=np.int64) if marks is None else marks
+    return np.moveaxis(np.concatenate([steps, stops, marks[np.newaxis]]), 0, -1)
 
 
 def check_curriculum(curriculum: Curriculum) -> None:
@@ -205,7 +249,7 @@ def _repeatable(name: str, table: Callable[[], Any]) -> Any:
 
 def _check_layouts(name: str, table: Callable[[IntArray], NDArray[Any]], cells: int, n_goals: int = 1) -> NDArray[Any]:
     """Return a table of many layouts that equals those of one at a time, at every call, and leaves the goals alone."""
-    goals = np.arange(6 * n_goals, dtype=np.int32).reshape(2, 3, n_goals) % cells
+    goals = _layouts(cells, n_goals)
     given = goals.copy()
     try:
         many = table(given).copy()
@@ -221,6 +265,11 @@ def _check_layouts(name: str, table: Callable[[IntArray], NDArray[Any]], cells: 
         _expect(np.array_equal(one, many[index]), f"{name} of many layouts must equal that of one at a time")
     _expect(np.array_equal(table(goals), many), f"{name} must return the same values at every call")
     return many
+
+
+def _layouts(cells: int, n_goals: int) -> IntArray:
+    """Return the goals of six layouts, (2, 3, n_goals)."""
+    return np.arange(6 * n_goals, dtype=np.int32).reshape(2, 3, n_goals) % cells
 
 
 def _offset(world: World, axis: int, goals: IntArray) -> IntArray:

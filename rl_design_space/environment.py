@@ -11,7 +11,7 @@ Requires Gymnasium: `pip install 'rl-design-space[gym]'`.
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -25,10 +25,10 @@ except ImportError as missing:
 from gymnasium.error import InvalidAction, ResetNeeded
 from gymnasium.spaces import Discrete
 
-from rl_design_space.design import MOVES, DesignPoint, SizedRepresentation, cell_count
+from rl_design_space.design import DesignPoint, SizedRepresentation, cell_count
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.optimum import shortest_tours
-from rl_design_space.learning.tables import learning_tables, observation_codes
+from rl_design_space.learning.tables import behaviour_of, learning_tables, observation_codes
 
 __all__ = ["ID", "OrderedGoals"]
 
@@ -36,6 +36,7 @@ ID = "rl_design_space/OrderedGoals-v0"
 
 _OBSERVATIONS = ("row", "code")
 _LARGEST_CODE = 2**63 - 1
+_Entry = TypeVar("_Entry", int, bool)
 
 
 class OrderedGoals(gymnasium.Env[Any, Any]):
@@ -63,19 +64,21 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
     Different states may have equal observations (representations differ in this), so the environment is in general
     not Markov. The final goal is terminal and has no observation; the one returned there must not be bootstrapped from.
 
-    **Action.** Action a repeats the primitive action a % 4 (right, left, above, below) `msa.action_lengths()[a // 4]`
-    times. A multi-step action ends early at the final goal, at the step cap, and at a sub-goal with
-    `msa.sub_goal: stop`.
+    **Action.** The actions of `msa`, in its order. Of multi-step actions, action a repeats the primitive action a % 4
+    (right, left, above, below) `msa.action_lengths()[a // 4]` times; other sets say what their actions do at each
+    observation. An action of several steps ends early at the final goal, at the step cap, at a sub-goal with
+    `msa.sub_goal: stop`, and where its own rule stops it.
 
     **Reward.** The reward of the step; for a multi-step action Σ γ^j r_j over its steps, or the return of
     `msa.reward: printed`, with γ = `learner.gamma`. A learner then bootstraps with γ^executed.
 
     **End.** Terminated at the final goal; truncated after `task.max_steps` steps.
 
-    **Info.** `period`; `code`; `moves`, the steps of the episode; `reached`, the success counter; `optimum`, the fewest
-    steps possible. After an action also `executed`, its number of steps; `rewards`, one per step; and `path`, the
-    observation before each step. So step j leads from `path[j]` to `path[j + 1]`, and the last step to the observation
-    returned: a learner needs this to update shorter actions from a longer one.
+    **Info.** `period`; `code`; `moves`, the steps of the episode; `reached`, the success counter; `optimum`, the
+    fewest steps possible. After an action also `executed`, its number of steps; `rewards`, one per step; `made`,
+    the step itself, right 0, left 1, above 2, below 3, or 4 for none; and `path`, the observation before each step.
+    So step j leads from `path[j]` to `path[j + 1]`, and the last step to the observation returned: a learner needs
+    this to update shorter actions from a longer one.
 
     The other values of a point concern the learner: exploration, α, initial Q-values, explore, ties, update, MSA
     propagation, and the number of trials. `learner.out_of_order` and, for multi-step actions, γ are the exceptions.
@@ -109,11 +112,11 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         self.point, self.render_mode = point, render_mode
         task, cells = point.task, cell_count(point.world)
         self._tables = learning_tables(point)
-        self._next_cell: list[list[int]] = self._tables.next_cell.tolist()
+        self._next_cell: list[list[int]] = [*self._tables.next_cell.tolist(), list(range(cells))]
         self._layouts = layouts_of(point)
         self._by_row = observation == "row"
         self._seeded, self._draws = period == "seed", period is None
-        self.action_space = Discrete(len(MOVES) * len(self._tables.lengths))
+        self.action_space = Discrete(len(self._tables.limits))
         self.observation_space = Discrete(task.goals * cells if self._by_row else _code_count(point))
         self._enter(0 if self._seeded or self._draws else self._checked(period, ', "seed" or None'))
         self._begin()
@@ -155,23 +158,27 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         if self._over:
             raise ResetNeeded("the episode has ended or has not begun; call reset() first")
         if not self.action_space.contains(action):
-            last = len(MOVES) * len(self._tables.lengths) - 1
+            last = len(self._tables.limits) - 1
             raise InvalidAction(f"action {action!r}: should be a whole number from 0 to {last}")
-        kind, direction = divmod(int(action), len(MOVES))
-        length = self._tables.lengths[kind]
+        limit = self._tables.limits[int(action)]
         path: list[int] = []
+        made: list[int] = []
         rewards: list[float] = []
+        mark = self._at(self._marks)
         ended = False
         while not ended:
             path.append(self._observe())
+            made.append(self._at(self._steps_of[int(action)]))
             reached = self._reached
-            rewards.append(self._step(direction))
-            stops = self._tables.rules.stop_at_sub_goal and self._reached > reached
-            ended = self._ended() or stops or len(rewards) == length
+            rewards.append(self._step(made[-1]))
+            stops = self._at(self._stops_of[int(action)]) or self._at(self._marks) != mark
+            stops = stops or (self._tables.rules.stop_at_sub_goal and self._reached > reached)
+            ended = self._ended() or stops or len(rewards) == limit
         self._over = self._ended()
         terminated = self._reached == self.point.task.goals
-        info = {**self._info(), "executed": len(rewards), "rewards": tuple(rewards), "path": tuple(path)}
-        return self._observe(), self._return(rewards, length), terminated, self._over and not terminated, info
+        info = {**self._info(), "executed": len(rewards), "rewards": tuple(rewards)}
+        info |= {"made": tuple(made), "path": tuple(path)}
+        return self._observe(), self._return(rewards, limit), terminated, self._over and not terminated, info
 
     def render(self) -> str | None:
         """Return the grid: agent A, start S, goals ahead by number, goals reached as *; None without a render mode."""
@@ -204,6 +211,10 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         # The kernel numbers rows by the first occurrence of their code.
         rows = np.argsort(np.argsort(first))[inverse].reshape(codes.shape)
         self._codes: list[list[int]] = codes.tolist()
+        found = behaviour_of(self.point, layout[:, 1:], codes[np.newaxis])
+        self._steps_of: list[list[list[int]]] = found.steps[:, 0].tolist()
+        self._stops_of: list[list[list[bool]]] = found.stops[:, 0].tolist()
+        self._marks: list[list[int]] = np.zeros_like(codes).tolist() if found.marks is None else found.marks[0].tolist()
         self._observations: list[list[int]] = rows.tolist() if self._by_row else self._codes
         self._optimum = int(shortest_tours(self._tables.next_cell, layout)[0])
         self.period = period
@@ -229,10 +240,10 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
     def _ended(self) -> bool:
         return self._reached == self.point.task.goals or self._steps == self._tables.rules.max_steps
 
-    def _return(self, rewards: list[float], length: int) -> float:
+    def _return(self, rewards: list[float], limit: int) -> float:
         """Return the return of an action with these rewards."""
         rules = self._tables.rules
-        if length > 1 and rules.printed_msa_reward:
+        if limit > 1 and rules.printed_msa_reward:
             rewards = [rewards[0]] * (len(rewards) + 1)
         gain, discount = 0.0, 1.0
         for reward in rewards:
@@ -241,7 +252,11 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         return gain
 
     def _observe(self) -> int:
-        return self._observations[self._counter][self._cell]
+        return self._at(self._observations)
+
+    def _at(self, table: list[list[_Entry]]) -> _Entry:
+        """Return the entry of a table by success counter and cell."""
+        return table[self._counter][self._cell]
 
     @property
     def _counter(self) -> int:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rl_design_space.design import DesignPoint
+from rl_design_space.design import DesignPoint, MultiStepActions
 
 WORD = 2**64
 HALF = 2**32
@@ -81,17 +81,68 @@ class Period:
     q: dict[int, list[float]]
 
 
+@dataclass(frozen=True)
+class Control:
+    """What an action does at an observation: its step, 4 to wait; whether it stops on arriving; what it perceives."""
+
+    step: int
+    stops: bool
+    mark: int
+
+
+@dataclass(frozen=True)
+class Action:
+    """An action of at most `limit` steps; `at` holds its control for every observation code."""
+
+    limit: int
+    at: dict[int, Control]
+
+
+def actions_of(point: DesignPoint, goals: list[int]) -> list[Action]:
+    """The actions in a layout; equal observations have equal controls, which is asserted."""
+    codes = point.representation.observation(point.world, np.array(goals))
+    states = [(s, cell) for s, goal in enumerate(goals) for cell in range(codes.shape[1]) if cell != goal]
+    if isinstance(point.msa, MultiStepActions):
+        limits = [length for length in (1, *point.msa.lengths) for _ in range(4)]
+        steps = [dict.fromkeys(states, number % 4) for number in range(len(limits))]
+        stops = [dict.fromkeys(states, False)] * len(limits)
+        marks = _marks(point, goals, codes, states)
+    else:
+        found = point.msa.behaviour(point.world, point.representation, np.array(goals), codes)
+        limits = point.msa.limits().tolist()
+        steps = [{state: int(of_action[state]) for state in states} for of_action in found.steps]
+        stops = [{state: bool(of_action[state]) for state in states} for of_action in found.stops]
+        marks = {state: 0 if found.marks is None else int(found.marks[state]) for state in states}
+    actions = [Action(limit, {}) for limit in limits]
+    for number, action in enumerate(actions):
+        for state in states:
+            control = Control(steps[number][state], stops[number][state], marks[state])
+            assert action.at.setdefault(int(codes[state]), control) == control
+    return actions
+
+
+def _marks(point: DesignPoint, goals: list[int], codes: np.ndarray, states: list[tuple[int, int]]) -> dict:
+    """What the stopping rule of multi-step actions looks at."""
+    if point.msa.until == "observation_changes":
+        return {state: int(codes[state]) for state in states}
+    if point.msa.until == "due_goal_observation_changes":
+        of_one = [point.representation.observation(point.world, np.array([goal]))[0] for goal in goals]
+        return {(s, cell): int(of_one[s][cell]) for s, cell in states}
+    return dict.fromkeys(states, 0)
+
+
 def learn_period(point: DesignPoint, layout: list[int], generator: Xoshiro) -> Period:
     """All trials of a period, from a fresh Q-matrix."""
+    actions = actions_of(point, layout[1:])
     codes = point.representation.observation(point.world, np.array(layout[1:])).tolist()
-    n_actions = 4 * (1 + len(point.msa.lengths))
-    q = {code: [point.learner.initial_q] * n_actions for of_counter in codes for code in of_counter}
-    return play_trials(point, layout, generator, codes, q)
+    q = {code: [point.learner.initial_q] * len(actions) for of_counter in codes for code in of_counter}
+    return play_trials(point, layout, generator, codes, actions, q)
 
 
-def play_trials(point: DesignPoint, layout: list[int], generator: Xoshiro, codes: list[list], q: dict) -> Period:
+def play_trials(
+    point: DesignPoint, layout: list[int], generator: Xoshiro, codes: list[list], actions: list[Action], q: dict
+) -> Period:
     """All trials of a period, or of one of its stages, with a Q-matrix that is given."""
-    actions = [(move, length) for length in [1, *point.msa.lengths] for move in range(4)]
     result = Period([], [], q)
     for epsilon in point.exploration.schedule(point.task.trials).tolist():
         moves, solved = _play_trial(point, layout, codes, actions, q, epsilon, generator)
@@ -112,13 +163,17 @@ def _play_trial(point, layout, codes, actions, q, epsilon, generator):
     next_cell = point.world.next_cell().tolist()
     reached = moves = 0
     while reached < len(goals) and moves < cap:
-        values = q[codes[reached][cell]]
-        action = choose(values, epsilon, generator.next_word(), point.learner)
-        move, length = actions[action]
-        states, rewards = [codes[reached][cell]], []
-        while len(rewards) < length:
-            cell = next_cell[move][cell]
+        state = codes[reached][cell]
+        number = choose(q[state], epsilon, generator.next_word(), point.learner)
+        action = actions[number]
+        control = action.at[state]
+        states, made, rewards = [state], [], []
+        stopped = False
+        while True:
+            if control.step < 4:
+                cell = next_cell[control.step][cell]
             moves += 1
+            made.append(control.step)
             due = cell == goals[reached]
             rewards.append(_reward(point, cell, goals, reached))
             reached += due
@@ -126,12 +181,20 @@ def _play_trial(point, layout, codes, actions, q, epsilon, generator):
                 states.append(None)  # terminal: there is nothing to observe any more
                 break
             states.append(codes[reached][cell])
-            if moves == cap or (due and point.msa.sub_goal == "stop"):
+            control = action.at[states[-1]]
+            stopped = due and point.msa.sub_goal == "stop"
+            if moves == cap or stopped or ends(action, len(made), state, states[-1]):
                 break
-        gain = gain_of(point, length, rewards)
-        update(point, q, states[0], action, gain, len(rewards), states[-1])
-        propagate(point, q, actions[action], states, rewards)
+        gain = gain_of(point, action.limit, rewards)
+        update(point, q, state, number, gain, len(rewards), states[-1])
+        propagate(point, q, actions, number, states, made, rewards, stopped)
     return moves, reached == len(goals)
+
+
+def ends(action, made, began, state):
+    """Whether an action ends by its own rule after so many steps."""
+    control = action.at[state]
+    return made == action.limit or control.stops or control.mark != action.at[began].mark
 
 
 def choose(values, epsilon, word, learner):
@@ -167,20 +230,50 @@ def gain_of(point, length, rewards):
     return _return(rewards, point.learner.gamma)
 
 
-def propagate(point, q, action, states, rewards):
+def propagate(point, q, actions, number, states, made, rewards, stopped):
+    """Update other actions from the states that the executed one has passed."""
+    if point.msa.propagation == "consistent":
+        _propagate_to_consistent(point, q, actions, number, states, made, rewards, stopped)
+    else:
+        _propagate_to_shorter(point, q, actions[number].limit, states, made, rewards)
+
+
+def _propagate_to_shorter(point, q, limit, states, made, rewards):
     """Update the shorter actions that the executed one contains, in the order of time."""
     msa = point.msa
-    move, length = action
-    gamma = point.learner.gamma
     executed = len(rewards)
-    lengths = (1, *msa.lengths)
-    learning = {"none": (), "primitives": (1,), "all_shorter": lengths}[msa.propagation]
+    if isinstance(msa, MultiStepActions):
+        lengths = (1, *msa.lengths)
+        learning = {"none": (), "primitives": (1,), "all_shorter": lengths}[msa.propagation]
+    else:
+        lengths = (1,)
+        learning = lengths if msa.primitives and msa.propagation == "primitives" else ()
     for shorter in learning:
-        if shorter < length:
-            contained = move + 4 * lengths.index(shorter)
+        if shorter < limit:
             for first in range(executed - shorter + 1):
+                if made[first] == 4:
+                    continue
+                contained = made[first] + 4 * lengths.index(shorter)
                 last = first + shorter
-                update(point, q, states[first], contained, _return(rewards[first:last], gamma), shorter, states[last])
+                gain = _return(rewards[first:last], point.learner.gamma)
+                update(point, q, states[first], contained, gain, shorter, states[last])
+
+
+def _propagate_to_consistent(point, q, actions, number, states, made, rewards, stopped):
+    """Update every action that would have made the same steps from a state on and would have ended by itself."""
+    for other, action in enumerate(actions):
+        for first, began in enumerate(states[:-1]):
+            if (other, first) == (number, 0):
+                continue
+            ended = False
+            last = first
+            while not ended and last < len(made) and action.at[states[last]].step == made[last]:
+                last += 1
+                goal = states[last] is None
+                ended = goal or ends(action, last - first, began, states[last]) or (stopped and last == len(made))
+            if ended:
+                gain = _return(rewards[first:last], point.learner.gamma)
+                update(point, q, began, other, gain, last - first, states[last])
 
 
 def update(point, q, state, action, gain, executed, following):

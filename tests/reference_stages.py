@@ -39,16 +39,25 @@ def learn_period(point: DesignPoint, period: int) -> list[Staged]:
     found, before = [], None
     for stage, layout in zip(stages_of(point), layouts_of(point, period), strict=True):
         codes = meanings(stage.point, layout[1:])
-        fresh = [stage.point.learner.initial_q] * 4 * (1 + len(stage.point.msa.lengths))
+        actions = _actions(stage.point, layout[1:], codes)
+        fresh = [stage.point.learner.initial_q] * len(actions)
         begun = _begun(stage, codes, before)
         q = {code: list(begun.get(code, fresh)) for of_counter in codes for code in of_counter}
         first = {code: list(values) for code, values in q.items()}
-        played = reference.play_trials(stage.point, layout, generator, codes, q)
+        played = reference.play_trials(stage.point, layout, generator, codes, actions, q)
         changed = sum(q[code] != first[code] for code in q)
         found.append(Staged(played, layout, len(begun.keys() & q.keys()), changed))
         memory = before.memory if before and stage.carry == "same_observation" else {}
         before = _Carried(stage.point, codes, {**memory, **q})
     return found
+
+
+def _actions(point: DesignPoint, goals: list[int], codes: list[list]) -> list[reference.Action]:
+    """Return the actions, by what is observed instead of by its code."""
+    numbered = point.representation.observation(point.world, np.array(goals)).tolist()
+    told = {number: code for pair in zip(numbered, codes, strict=True) for number, code in zip(*pair, strict=True)}
+    actions = reference.actions_of(point, goals)
+    return [reference.Action(each.limit, {told[code]: does for code, does in each.at.items()}) for each in actions]
 
 
 def _begun(stage: StagePoint, codes: list[list], before: _Carried | None) -> dict:

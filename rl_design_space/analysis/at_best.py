@@ -10,7 +10,7 @@ choosing and judging.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.statistics import Estimate, percentile_interval, resample_weights
-from rl_design_space.learning.measures import Measure
+from rl_design_space.learning.measure_statistics import Statistic
+from rl_design_space.learning.measures import CurveMeasure, Measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.stage_record import combined
 
@@ -144,13 +145,14 @@ class _Judges:
             **together, rows=rows, epsilon=first.epsilon, known_point=first.known_point, stages=stages
         )
         self._count = weights.shape[1]
+        self._known: dict[Statistic, FloatArray] = {}
 
     def judge(self, measure: Measure) -> Judged:
         """Return a measure with its interval.
 
         A share of periods has no narrower interval than Wilson's, and "never" has no upper end.
         """
-        value, low, high = _estimate(np.concatenate(list(self._samples(measure))), self._count)
+        value, low, high = _estimate(self._samples(measure), self._count)
         each = measure.each(self._periods)
         if each is not None and np.isin(each, (0, 1)).all():
             least, most = _wilson(value, self._count)
@@ -159,11 +161,22 @@ class _Judges:
         never = math.inf if censored is None else censored
         return Judged(value, low, math.inf if high >= never else high, value >= never)
 
-    def _samples(self, measure: Measure) -> Sequence[FloatArray]:
+    def _samples(self, measure: Measure) -> FloatArray:
+        if isinstance(measure, CurveMeasure):
+            return measure.of(self._curves(measure.statistic).copy())
+        return np.concatenate([measure.samples(self._periods, block) for block in self._blocks()])
+
+    def _curves(self, statistic: Statistic) -> FloatArray:
+        """Return a statistic of each trial, (resamples, trials), which takes longer than most measures of it."""
+        if statistic not in self._known:
+            steps = self._periods.over_optimum
+            self._known[statistic] = np.concatenate([statistic.of(steps, block) for block in self._blocks()])
+        return self._known[statistic]
+
+    def _blocks(self) -> Iterator[FloatArray]:
         rows = max(1, _AT_ONCE // len(self._periods.steps))
         starts = range(0, len(self._weights[0]), rows)
-        blocks = (np.concatenate([part[at : at + rows] for part in self._weights], axis=1) for at in starts)
-        return [measure.samples(self._periods, block) for block in blocks]
+        return (np.concatenate([part[at : at + rows] for part in self._weights], axis=1) for at in starts)
 
 
 def _estimate(samples: FloatArray, periods: int) -> Estimate:

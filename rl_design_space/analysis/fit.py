@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.statistics import Estimate, percentile_interval, resample_weights, weighted_means
+from rl_design_space.analysis.statistics import Estimate, Resamples, percentile_interval, weighted_means
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,8 @@ def fit(cells: Sequence[tuple[FloatArray, float]]) -> Fit:
     plain, resampled = [], []
     for values, published in cells:
         plain.append(np.log(values.mean() / published))
-        resampled.append(np.log(weighted_means(resample_weights(len(values)), values) / published))
+        means = [weighted_means(weights, values) for weights in Resamples(len(values)).blocks()]
+        resampled.append(np.log(np.concatenate(means) / published))
     ratios, samples = np.array(plain), np.array(resampled)  # (cells,), (cells, resamples)
     return Fit(
         rms=_estimate(np.sqrt((ratios**2).mean()), np.sqrt((samples**2).mean(axis=0))),

@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.resampling import Estimate, percentile_interval, resample_weights
+from rl_design_space.analysis.resampling import Estimate, percentile_interval, resampled_means
 
 #: Bootstrap samples of periods for the intervals of shares.
 RESAMPLES = 1000
@@ -45,8 +45,7 @@ class Cells:
     def of_periods(cls, names: _Names, values: FloatArray, resamples: int = RESAMPLES, seed: int = 0) -> Cells:
         """Return the means of periods: (periods, levels of the first choice, levels of the second, …)."""
         flat = values.reshape(len(values), -1)
-        weights = resample_weights(len(values), seed, resamples).astype(flat.dtype, copy=False)
-        samples = (weights @ flat).reshape(-1, *values.shape[1:])
+        samples = resampled_means(flat, seed, resamples).reshape(-1, *values.shape[1:])
         return cls(names, values.mean(axis=0, dtype=np.float64), samples, values)
 
     @property

@@ -11,7 +11,7 @@ from rl_design_space.analysis.statistics import (
     mean_estimate,
     mean_share_estimate,
     percentile_interval,
-    resample_weights,
+    resampled_means,
 )
 from rl_design_space.design import World
 from rl_design_space.learning.measures import measure
@@ -32,7 +32,7 @@ def curve_frame(recorded: LearningCurves) -> pd.DataFrame:
     import pandas as pd
 
     steps = recorded.steps.astype(np.float64)
-    low, high = percentile_interval(resample_weights(len(steps)) @ steps)
+    low, high = percentile_interval(resampled_means(steps))
     q10, median, q90 = np.quantile(steps, (0.1, 0.5, 0.9), axis=0)
     return pd.DataFrame(
         {

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.statistics import Estimate, percentile_interval, resample_weights
+from rl_design_space.analysis.statistics import Estimate, percentile_interval, resampled_means
 
 RESAMPLES = 2000
 
@@ -22,7 +22,7 @@ def profile(scores: FloatArray, levels: FloatArray) -> tuple[FloatArray, FloatAr
         levels: (levels,)
     """
     below = (scores[:, np.newaxis] <= levels).astype(np.float64)
-    low, high = percentile_interval(resample_weights(len(scores), 0, RESAMPLES) @ below)
+    low, high = percentile_interval(resampled_means(below, 0, RESAMPLES))
     return below.mean(axis=0), low, high
 
 
@@ -34,5 +34,5 @@ def improvement(ours: FloatArray, theirs: FloatArray) -> Estimate:
         theirs: scores of the other one in the same periods.
     """
     better = (ours < theirs) + 0.5 * (ours == theirs)
-    low, high = percentile_interval(resample_weights(len(better), 0, RESAMPLES) @ better)
+    low, high = percentile_interval(resampled_means(better, 0, RESAMPLES))
     return Estimate(float(better.mean()), float(low), float(high))

@@ -11,15 +11,25 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.resampling import RESAMPLES, Estimate, percentile_interval, resample_weights
+from rl_design_space.analysis.resampling import (
+    RESAMPLES,
+    Estimate,
+    Resamples,
+    percentile_interval,
+    resample_weights,
+    resampled_means,
+)
+from rl_design_space.learning.measure_statistics import weighted_means
 
 __all__ = [
     "RESAMPLES",
     "Estimate",
+    "Resamples",
     "mean_estimate",
     "mean_share_estimate",
     "percentile_interval",
     "resample_weights",
+    "resampled_means",
     "share_estimate",
     "top_percent_weight",
     "weighted_means",
@@ -31,8 +41,6 @@ _MANY = 2000
 _NO_SKEW = 1e-6
 #: Quantiles of the standard normal distribution at both ends of an interval.
 _ENDS = stats.norm.ppf((0.025, 0.975))
-#: Size of a matrix up to which linear algebra uses one thread to multiply it with a vector.
-_ONE_THREAD = 9000
 #: Resampled values that fit into the cache of a core.
 _IN_CACHE = 50_000
 
@@ -131,17 +139,3 @@ def _drawn(periods: int, seed: int, resamples: int) -> NDArray[np.unsignedintege
     drawn: NDArray[np.unsignedinteger[Any]] = picked.astype(np.min_scalar_type(periods))  # a quarter of the memory
     drawn.setflags(write=False)  # cached, so it is shared
     return drawn
-
-
-def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
-    """Return `weights @ values`, (resamples,), in blocks that are too small for linear algebra to start threads for.
-
-    Threads take longer to start than to compute this, and several times longer where all cores are busy.
-
-    Args:
-        weights: (resamples, periods)
-        values: (periods,)
-    """
-    rows = max(4, _ONE_THREAD // len(values) // 4 * 4)
-    blocks = [weights[begin : begin + rows] @ values for begin in range(0, len(weights), rows)]
-    return np.concatenate(blocks) if blocks else np.zeros(0)

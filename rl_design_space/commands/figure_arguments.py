@@ -22,9 +22,11 @@ WORDS = {
     "best": "which designs cannot be told from the best, and how much each could lose",
     "interactions": "the effect of one choice at each value of another",
     "profile": "in how many layouts each design is how near the optimum",
+    "failures": "how the failed trials of heavy tails end, and whether the representation could do better",
 }
-#: Words whose files have their name.
+#: Words that take --given, and words whose files have their name.
 BY_WORD = ("importance", "best", "interactions", "profile")
+NAMED = (*BY_WORD, "failures")
 _SCALE = (
     "what a period counts as: log_over_optimum, over_optimum, log_steps, or a measure such as steps_after=30 "
     "(default: %(default)s)"
@@ -85,6 +87,11 @@ def _parser(word: str) -> argparse.ArgumentParser:
         parser.add_argument("--statistic", default="mean", help="mean, median, iqm or cvar=5 (default: %(default)s)")
     elif word == "profile":
         parser.add_argument("--designs", type=int, default=8, help="how many designs are drawn (default: %(default)s)")
+    elif word == "failures":
+        tail_help = "percentage of the periods that make the tail (default: %(default)s)"
+        parser.add_argument("--tail", type=float, default=5.0, help=tail_help)
+        most_help = "periods of a tail that are learned again, at most (default: %(default)s)"
+        parser.add_argument("--most", type=int, default=100, help=most_help)
     if word in ("importance", "interactions"):
         parser.add_argument("--scale", default="log_over_optimum", help=_SCALE)
     if word in BY_WORD:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space._paths import leads_out
-from rl_design_space.commands.figure_arguments import BY_WORD, WORDS, parsed, where_of
+from rl_design_space.commands.figure_arguments import BY_WORD, NAMED, WORDS, parsed, where_of
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
@@ -73,7 +73,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     every = any(PERIODS in argument for argument in arguments)
     runs = Runs.of_frame(frame, reader, command, remarks, every=every)
     runs.watch, runs.tell = watched, tell_all
-    name = chosen.name or (word if word in BY_WORD else _name(word, figure.heading))
+    name = chosen.name or (word if word in NAMED else _name(word, figure.heading))
     paths = figure.write_runs(runs, folder / name)
     if word not in BY_WORD:  # the others print lines of their own
         tell_numbers(paths)

@@ -97,6 +97,10 @@ def _looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mapping[st
 
     if settings.shard:
         raise ConfigError.at("shard", "{}/{}".format(*settings.shard), "a race compares all its points; leave it out")
+    for planned in plan:
+        if (precision := planned.point.task.precision) is not None:
+            reason = "a race decides itself how many periods a point gets; leave it out"
+            raise ConfigError.at("task.precision", precision, reason)
     if not isinstance(launcher, PointLauncher):
         raise ConfigError("hydra/sweeper=race needs hydra/launcher=design, design_dask or design_ray")
     for name, values in plan.axes.items():

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
+#: End of the `_target_` of a page of reports.
+_PAGE = ".Page"
+
 
 def main() -> None:
     """Write a report; an error that the user can fix is one message and exit status 2."""
@@ -95,9 +98,11 @@ def study_of_all() -> str:
     pages: dict[bool, list[str]] = {True: [], False: []}
     with searched() as search:
         for name in search.options("study"):
+            if _PAGE not in search.text(f"study/{name}"):  # takes a fraction of the time
+                continue
             node = search.node(f"study/{name}")
             report = node.get("report") if isinstance(node, Mapping) else None
-            if isinstance(report, Mapping) and str(report.get("_target_")).endswith(".Page"):
+            if isinstance(report, Mapping) and str(report.get("_target_")).endswith(_PAGE):
                 pages[report.get("default") is True].append(name)
     found = pages[True] or pages[False]
     if len(found) != 1:

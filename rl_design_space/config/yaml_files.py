@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from io import StringIO
 from pathlib import Path
+from types import NoneType
+from typing import Any
 
 import yaml
 from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra.plugins.config_source import ConfigResult, ConfigSource
 from omegaconf import OmegaConf
+from omegaconf._utils import get_yaml_loader
 from omegaconf.errors import OmegaConfBaseException
 
 from rl_design_space.config import user_config
@@ -38,19 +42,8 @@ class YamlFiles(FileConfigSource):
         path = Path(self.path, self._normalize_file_name(config_path))
         if not path.exists():
             return super().load_config(config_path)  # which raises the error that Hydra expects
-        text, shown = _text(path), user_config.shown(path)
-        check_limits(text, shown)
-        if _MAYBE.search(text):
-            _refuse_old_numbers(shown, text)
-        stream = StringIO(text)
-        stream.name = str(path)
-        try:
-            config = OmegaConf.load(stream)
-        except ValueError as error:
-            if isinstance(error, (ConfigError, OmegaConfBaseException)):
-                raise
-            # A number of thousands of digits, or an impossible date.
-            raise ConfigError(f"{shown}: cannot be read: {str(error).partition(';')[0]}") from error
+        text = _text(path)
+        config = OmegaConf.create(_values(text, path, user_config.shown(path)))
         header = ConfigSource._get_header_dict(text[:_HEADER])
         return ConfigResult(self.provider, f"{self.scheme()}://{self.path}", config, header)
 
@@ -65,6 +58,30 @@ def comments_of(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError):
         return ""
+
+
+@lru_cache(maxsize=256)
+def _values(text: str, path: Path, shown: str) -> Any:
+    """Return the plain values of a YAML text, as OmegaConf reads them; composing studies reads most files often.
+
+    Raises:
+        ConfigError: the text is too large, or holds a number that YAML 1.1 reads as another one, or that is none.
+    """
+    check_limits(text, shown)
+    if _MAYBE.search(text):
+        _refuse_old_numbers(shown, text)
+    stream = StringIO(text)
+    stream.name = str(path)
+    try:
+        values = yaml.load(stream, get_yaml_loader())
+    except ValueError as error:
+        if isinstance(error, (ConfigError, OmegaConfBaseException)):
+            raise
+        # A number of thousands of digits, or an impossible date.
+        raise ConfigError(f"{shown}: cannot be read: {str(error).partition(';')[0]}") from error
+    if not isinstance(values, (dict, list, str, NoneType)):
+        raise ConfigError(f"{shown}: should hold keys and values, not {values}")
+    return {} if values is None else values
 
 
 def _text(path: Path) -> str:

@@ -7,6 +7,8 @@ package offers every public class and function that the modules below define.
 # ruff: noqa: F403, F405
 from typing import TYPE_CHECKING
 
+from rl_design_space.design.actions import *
+from rl_design_space.design.controllers import *
 from rl_design_space.design.curriculum import *
 from rl_design_space.design.exploration import *
 from rl_design_space.design.learner import *
@@ -14,13 +16,14 @@ from rl_design_space.design.msa import *
 from rl_design_space.design.point import *
 from rl_design_space.design.representation import *
 from rl_design_space.design.reward import *
+from rl_design_space.design.sight import *
 from rl_design_space.design.stage import *
 from rl_design_space.design.task import *
 from rl_design_space.design.world import *
 
 if not TYPE_CHECKING:  # type checkers follow the star imports, and take a computed list for an empty one
     #: What the modules define, without what they import. A constant does not know its module.
-    __all__ = ["MOVES"]
+    __all__ = ["MOVES", "UNKNOWN", "WAIT"]
     __all__ += sorted(
         name for name, value in globals().items() if str(getattr(value, "__module__", "")).startswith(f"{__name__}.")
     )

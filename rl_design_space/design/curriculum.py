@@ -165,9 +165,10 @@ def _check_carry(before: Any, here: StagePoint) -> None:
             "carry=same_observation: observations of another representation have another meaning; use same_place, none "
             "or a function"
         )
-    if here.carry != "none" and before.msa.lengths != here.point.msa.lengths:
+    if here.carry != "none" and before.msa.limits().tolist() != here.point.msa.limits().tolist():
         raise ValueError(
-            f"msa.lengths={list(here.point.msa.lengths)}: the Q-matrix is that of other actions; use carry: none"
+            f"msa={type(here.point.msa).__name__}: the Q-matrix is that of other actions; use carry: none, or the same "
+            "actions in both stages"
         )
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import Field
 from types import FunctionType
 from typing import Any
 
-#: Key in the metadata of a field.
-ABSENT_AS = "absent_as"
+#: Keys in the metadata of a field.
+ABSENT_AS, LISTED = "absent_as", "listed"
 
 
-def absent_as(value: Any) -> Mapping[str, Any]:
+def absent_as(value: Any, *, listed: bool = True) -> Mapping[str, Any]:
     """Return the metadata of a field that is added to a component of which points have been recorded.
 
     A point in which the field has this value keeps the fingerprint that it had without the field, so recorded results
@@ -20,8 +21,14 @@ def absent_as(value: Any) -> Mapping[str, Any]:
 
     Args:
         value: the value that leaves results unchanged. It must not be changed later, even if the default is.
+        listed: whether the parameters and the config of a point show the field while it has this value.
     """
-    return {ABSENT_AS: value}
+    return {ABSENT_AS: value, LISTED: listed}
+
+
+def is_listed(field: Field[Any], value: Any) -> bool:
+    """Return whether the parameters and the config of a point show a field that has a value."""
+    return bool(field.metadata.get(LISTED, True)) or value != field.metadata[ABSENT_AS]
 
 
 def is_shipped(kind: type | FunctionType) -> bool:

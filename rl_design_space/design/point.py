@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.design.actions import ActionSet, SeeingActions
 from rl_design_space.design.curriculum import Curriculum, Stages, stages_of
 from rl_design_space.design.exploration import Constant, Exploration
 from rl_design_space.design.identity import absent_as
@@ -54,13 +55,14 @@ class DesignPoint:
         world: where the agent moves.
         representation: what the agent observes of its position, the goals and its progress.
         exploration: probability of an exploratory action, by trial.
-        msa: multi-step actions beside the primitive actions.
+        msa: actions of several steps, beside the primitive actions or in their place.
         reward: rewards of steps and goals.
         learner: learning rule and its parameters.
         curriculum: stages of a period that differ in something and share one Q-matrix.
 
     Raises:
-        pydantic.ValidationError: a choice is of the wrong kind, or the goals do not fit the world.
+        pydantic.ValidationError: a choice is of the wrong kind, the goals do not fit the world, or the actions see
+            what the representation does not show.
     """
 
     seed: Annotated[int, Field(ge=0, lt=2**64)] = 0
@@ -68,10 +70,10 @@ class DesignPoint:
     world: Annotated[World, _Built] = Torus()
     representation: Annotated[Representation, _Built] = AdHoc()
     exploration: Annotated[Exploration, _Built] = Constant()
-    msa: MultiStepActions = MultiStepActions()
+    msa: Annotated[ActionSet, _Built] = MultiStepActions()
     reward: Annotated[Reward, _Built] = GoalReward()
     learner: QLearning = QLearning()
-    curriculum: Annotated[Curriculum, _Built] = field(default=Stages(), metadata=absent_as(Stages()))
+    curriculum: Annotated[Curriculum, _Built] = field(default=Stages(), metadata=absent_as(Stages(), listed=False))
 
     @model_validator(mode="after")
     def _goals_fit_the_world(self) -> DesignPoint:
@@ -81,12 +83,15 @@ class DesignPoint:
                 f"task.goals={self.task.goals}: start and goals lie on different cells, "
                 f"so a world of {cells} cells has room for at most {cells - 1} goals"
             )
-        values = self.task.goals * cells * 4 * (1 + len(self.msa.lengths))
+        # A row takes a multiple of four values.
+        values = self.task.goals * cells * 4 * -(-self.msa.n_actions // 4)
         if values > _MOST_VALUES:
             raise ValueError(
                 f"task.goals={self.task.goals}: with {cells} cells and these actions a period may need a Q-matrix of "
                 f"{values} values; at most {_MOST_VALUES} can be learned"
             )
+        if isinstance(self.msa, SeeingActions):
+            self.msa.check(self.world, self.representation, self.task.goals)
         return self
 
     @model_validator(mode="after")

@@ -15,6 +15,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT
+from rl_design_space.design.sight import UNKNOWN, Sight, unseen
 from rl_design_space.design.world import World, cell_count
 from rl_design_space.errors import ConfigError
 
@@ -64,6 +65,21 @@ class PortableRepresentation(Representation, Protocol):
 
     def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         """Return codes as `observation` does, which mean the same in every world: what stages carry values by."""
+        ...
+
+
+@runtime_checkable
+class SightedRepresentation(Representation, Protocol):
+    """A representation that says what its observations show, which actions can depend on."""
+
+    def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
+        """Return what observations show.
+
+        Args:
+            world: where the agent moves.
+            n_goals: number of goals.
+            codes: (...) observation codes. What they show follows from them alone, not from their place in the array.
+        """
         ...
 
 
@@ -129,6 +145,11 @@ class AdHoc:
         codes = (np.arange(n_goals, dtype=np.int64)[:, np.newaxis] * _SIDES + y) * _SIDES + x
         return np.broadcast_to(codes, (*goals.shape[:-1], n_goals, cell_count(world)))
 
+    def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
+        counter, cell = np.divmod(codes, cell_count(world))
+        nothing = unseen((n_goals, *codes.shape))
+        return Sight(world, counter, nothing, nothing, cell)
+
     def published_size(self, world: World, n_goals: int) -> int:
         return cell_count(world) * n_goals
 
@@ -154,6 +175,10 @@ class Distance:
 
     def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         return self._encoded(world, goals, _largest_base(goals.shape[-1]))
+
+    def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
+        nothing = unseen((n_goals, *codes.shape))
+        return Sight(world, codes // self._values(world) ** n_goals, nothing, nothing, np.full_like(codes, -1))
 
     def published_size(self, world: World, n_goals: int) -> int:
         width, height = world.shape
@@ -205,6 +230,19 @@ class Direction:
         here = (x == 0) & (y == 0)
         return encode(np.where(here, _HERE, np.where(horizontal, along_x, along_y)), 5, self.goals)
 
+    def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
+        number = np.arange(n_goals).reshape(-1, *[1] * codes.ndim)
+        counter, digit = codes // 5**n_goals, codes // 5**number % 5
+        # Above or below: of the dominant axis alone, or because the column is right.
+        beside = 0 if self.rule == "horizontal_first" else UNKNOWN
+        x = np.array((0, 1, -1, beside, beside), dtype=np.int8)[digit]
+        y = np.array((0, UNKNOWN, UNKNOWN, -1, 1), dtype=np.int8)[digit]
+        # Goals that are not observed have the digit of "here".
+        hidden = (number < counter) & (self.goals == "remaining")
+        unknown = np.int8(UNKNOWN)
+        x, y = np.where(hidden, unknown, x), np.where(hidden, unknown, y)
+        return Sight(world, counter, x, y, np.full_like(codes, -1))
+
     def published_size(self, world: World, n_goals: int) -> int:
         return int(5**n_goals * n_goals)
 
@@ -220,7 +258,7 @@ class Direct:
     Goals do not change within a period, so there `direct` learns exactly as `ad_hoc` does.
 
     Where the codes do not fit 64 bits, a digest replaces the goal positions: codes of one layout stay distinct, and two
-    layouts share codes only if their digests collide.
+    layouts share codes only if their digests collide. Actions that see cannot see goals in a digest.
     """
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
@@ -233,6 +271,20 @@ class Direct:
         within_layout = np.arange(states, dtype=np.int64).reshape(n_goals, cells)
         codes: NDArray[np.int64] = within_layout + states * layout[..., np.newaxis, np.newaxis]
         return codes
+
+    def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
+        cells = cell_count(world)
+        layout, state = np.divmod(codes, n_goals * cells)
+        counter, cell = np.divmod(state, cells)
+        if self.spanned_size(world, n_goals) > _LARGEST_CODE:
+            nothing = unseen((n_goals, *codes.shape))
+            return Sight(world, counter, nothing, nothing, cell)
+        goals = layout // cells ** np.arange(n_goals).reshape(-1, *[1] * codes.ndim) % cells
+        present = np.zeros(cells, dtype=np.bool_)
+        present[goals] = True
+        place = np.cumsum(present) - 1
+        x, y = (np.sign(way).astype(np.int8) for way in world.offset(np.flatnonzero(present)))
+        return Sight(world, counter, x[place[goals], cell], y[place[goals], cell], cell)
 
     def published_size(self, world: World, n_goals: int) -> int:
         return int(cell_count(world) ** n_goals * n_goals)

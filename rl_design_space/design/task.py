@@ -39,9 +39,9 @@ class Task:
     trials: _Count = 100
     periods: _Count = 500
     max_steps: Annotated[int, Field(ge=1, lt=2**31)] = 10_000
-    precision: Annotated[float, Field(gt=0, lt=1)] | None = field(default=None, metadata=absent_as(None))
-    precision_of: str = field(default=_MEASURE, metadata=absent_as(_MEASURE))
-    periods_at_most: _Count = field(default=_AT_MOST, metadata=absent_as(_AT_MOST))
+    precision: Annotated[float, Field(gt=0, lt=1)] | None = field(default=None, metadata=absent_as(None, listed=False))
+    precision_of: str = field(default=_MEASURE, metadata=absent_as(_MEASURE, listed=False))
+    periods_at_most: _Count = field(default=_AT_MOST, metadata=absent_as(_AT_MOST, listed=False))
 
     @model_validator(mode="after")
     def _precision_has_room(self) -> Task:

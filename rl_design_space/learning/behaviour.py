@@ -40,27 +40,27 @@ def draw(numbers, running):
 
 
 @inlined
-def choose(numbers, values, running, lengths, rules):
+def choose(numbers, values, running, limits, rules):
     """Choose an action for every running lane, from its word and the Q-values of its current row."""
-    n_actions = index(4 * len(lengths))
+    n_actions = index(len(limits))
     for lane in range(running):
         word = numbers[WORD + lane]
         lower = word & _LOW
         best = values[lane]
-        for action in range(1, 4 * len(lengths)):
+        for action in range(1, len(limits)):
             value = values[index(action * LANES) + lane]
             best = value if value > best else best
         count = _1
         if not rules.first_maximum:
             count = _0
-            for action in range(4 * len(lengths)):
+            for action in range(len(limits)):
                 count += index(values[index(action * LANES) + lane] >= best)
         # The upper part of the product selects one of `count` maxima; its lower part is uniform for the next draw.
         product = lower * count
         skip = product >> _32
         greedy = seen = _0
         # The last action needs no test: it is chosen if no other one is.
-        for action in range(4 * len(lengths) - 1):
+        for action in range(len(limits) - 1):
             seen += index(values[index(action * LANES) + lane] >= best)
             greedy += index(seen <= skip)
         if rules.explore_all:

@@ -20,7 +20,7 @@ class Memory(NamedTuple):
     Attributes:
         met: (periods,) int64, number of observations.
         known_codes, known_rows: (periods, slots) int64 and int32, hash tables from their codes to rows of values.
-        values: (periods, rows · n_actions) float64.
+        values: (periods, rows · width) float64.
     """
 
     met: NDArray[np.int64]
@@ -29,20 +29,20 @@ class Memory(NamedTuple):
     values: FloatArray
 
 
-def empty_memory(periods: int, observations: int, n_actions: int) -> Memory:
+def empty_memory(periods: int, observations: int, width: int) -> Memory:
     """Return the memory of periods that have met nothing.
 
     Args:
         periods: number of periods.
         observations: the most that each of them will meet.
-        n_actions: number of actions.
+        width: values of a row, see `row_width`.
     """
     slots = slot_count(observations)
     return Memory(
         np.zeros(periods, dtype=np.int64),
         np.empty((periods, slots), dtype=np.int64),
         np.full((periods, slots), -1, dtype=np.int32),
-        np.empty((periods, observations * n_actions)),
+        np.empty((periods, observations * width)),
     )
 
 
@@ -63,15 +63,15 @@ def number_rows(codes, rows):
 
 
 @compiled_and_kept
-def remember(memory, codes, rows, kept, n_actions):
+def remember(memory, codes, rows, kept, width):
     """Put the values of a stage into the memory.
 
     Args:
         memory: see `Memory`; modified in place.
         codes: (periods, n_goals, cells) int64, observation codes of the stage.
         rows: (periods, n_goals, cells) int64, the row of each state.
-        kept: (periods, n_goals · cells · n_actions) float64, its Q-matrices, see `Lanes`.
-        n_actions: number of actions.
+        kept: (periods, n_goals · cells · width) float64, its Q-matrices, see `Lanes`.
+        width: values of a row, see `row_width`.
     """
     for period in range(len(codes)):
         states, row_of = codes[period].ravel(), rows[period].ravel()
@@ -88,13 +88,13 @@ def remember(memory, codes, rows, kept, n_actions):
                 known_rows[slot] = memory.met[period]
                 known_codes[slot] = states[state]
                 memory.met[period] += 1
-            at = np.int64(known_rows[slot]) * n_actions
-            for action in range(n_actions):
-                values[at + action] = kept[period, row * n_actions + action]
+            at = np.int64(known_rows[slot]) * width
+            for action in range(width):
+                values[at + action] = kept[period, row * width + action]
 
 
 @compiled_and_kept
-def recall(memory, codes, rows, initial_q, n_actions, kept, carried):
+def recall(memory, codes, rows, initial_q, width, kept, carried):
     """Begin Q-matrices with the values that the memory has of their observations.
 
     Args:
@@ -102,8 +102,8 @@ def recall(memory, codes, rows, initial_q, n_actions, kept, carried):
         codes: (periods, n_goals, cells) int64, observation codes of the stage that begins.
         rows: (periods, n_goals, cells) int64, the row of each state.
         initial_q: value of what is not in the memory.
-        n_actions: number of actions.
-        kept: (periods, n_goals · cells · n_actions) float64, output: Q-matrices, see `Lanes`.
+        width: values of a row, see `row_width`.
+        kept: (periods, n_goals · cells · width) float64, output: Q-matrices, see `Lanes`.
         carried: (periods,) int32, output: number of rows that the memory had.
     """
     for period in range(len(codes)):
@@ -116,15 +116,15 @@ def recall(memory, codes, rows, initial_q, n_actions, kept, carried):
             if row < following:
                 continue
             following += 1
-            at = np.int64(known_rows[slot_of(states[state], known_codes, known_rows, bits)]) * n_actions
+            at = np.int64(known_rows[slot_of(states[state], known_codes, known_rows, bits)]) * width
             found += at >= 0
-            for action in range(n_actions):
-                kept[period, row * n_actions + action] = values[at + action] if at >= 0 else initial_q
+            for action in range(width):
+                kept[period, row * width + action] = values[at + action] if at >= 0 else initial_q
         carried[period] = found
 
 
 @compiled_and_kept
-def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, n_actions, kept, carried):
+def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, width, kept, carried):
     """Begin Q-matrices with the values of their states' ancestors: a row with the mean over those of its states.
 
     The mean is a running one, in the order of states: of equal values it is exactly that value.
@@ -133,11 +133,11 @@ def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, n_actio
         ancestors: (taken, n_goals, cells) int64, of each state one of the stage before, or -1.
         first: number of the first of these periods.
         rows_before: (periods, n_goals, cells before) int64, rows of the stage before.
-        kept_before: (periods, n_goals · cells before · n_actions) float64, its Q-matrices.
+        kept_before: (periods, n_goals · cells before · width) float64, its Q-matrices.
         rows: (periods, n_goals, cells) int64, rows of the stage that begins.
         initial_q: value of what has no ancestor.
-        n_actions: number of actions.
-        kept: (periods, n_goals · cells · n_actions) float64, output: Q-matrices, see `Lanes`.
+        width: values of a row, see `row_width`.
+        kept: (periods, n_goals · cells · width) float64, output: Q-matrices, see `Lanes`.
         carried: (periods,) int32, output: number of rows with an ancestor.
     """
     counts = np.empty(rows.shape[1] * rows.shape[2], dtype=np.int64)
@@ -153,9 +153,9 @@ def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, n_actio
                 continue
             counts[row] += 1
             found += counts[row] == 1
-            for action in range(n_actions):
-                at = row * n_actions + action
-                value = kept_before[period, row_before[ancestor] * n_actions + action]
+            for action in range(width):
+                at = row * width + action
+                value = kept_before[period, row_before[ancestor] * width + action]
                 mean = value if counts[row] == 1 else kept[period, at]
                 kept[period, at] = mean + (value - mean) / counts[row]
         carried[period] = found

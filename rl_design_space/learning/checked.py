@@ -8,13 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray, IntArray
-from rl_design_space.design import CarryRule, DesignPoint, PortableRepresentation, Scene, cell_count, open_cells
+from rl_design_space.design import (
+    WAIT,
+    Behaviour,
+    CarryRule,
+    DesignPoint,
+    MultiStepActions,
+    PortableRepresentation,
+    Scene,
+    cell_count,
+    open_cells,
+)
 from rl_design_space.design.identity import full_name, function_name
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.controls import STOP, ActionTable
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 _LARGEST = float(np.finfo(np.float64).max)
 _LARGEST_CODE = 2**63 - 1
+_LONGEST = 1_000_000
 
 
 def transitions(point: DesignPoint) -> NDArray[np.int32]:
@@ -66,21 +78,66 @@ def rewards(point: DesignPoint) -> FloatArray:
     return _checked("reward", point.reward, "table", point.reward.table(), (3,), np.float64, -_LARGEST, _LARGEST)
 
 
-def lengths(point: DesignPoint) -> NDArray[np.int32]:
-    """Return the action lengths: (1 + m,) int32, steps of the actions of each length; the first is 1.
+def limits(point: DesignPoint) -> NDArray[np.int32]:
+    """Return the most steps of each action: (n_actions,) int32.
 
     Raises:
-        ConfigError: the lengths are of the wrong number, type or range.
+        ConfigError: the limits are of the wrong number, type or range.
     """
     msa = point.msa
-    table = _checked(
-        "msa", msa, "action_lengths", msa.action_lengths(), (1 + len(msa.lengths),), np.int32, 1, 1_000_000
-    )
+    if isinstance(msa, MultiStepActions):
+        _check_lengths(msa)
+    return _checked("msa", msa, "limits", msa.limits(), (msa.n_actions,), np.int32, 1, _LONGEST)
+
+
+def _check_lengths(msa: MultiStepActions) -> None:
+    table = _checked("msa", msa, "action_lengths", msa.action_lengths(), (1 + len(msa.lengths),), np.int32, 1, _LONGEST)
     if table[0] != 1 or len(np.unique(table)) != len(table):
         raise ConfigError(
             f"msa: {full_name(type(msa))}.action_lengths() should begin with 1 and hold every length once"
         )
-    return table
+
+
+def action_table(point: DesignPoint, goals: IntArray, codes: NDArray[np.int64]) -> ActionTable | None:
+    """Return what the actions do in several periods; None if they only repeat steps.
+
+    Args:
+        point: the design point.
+        goals: (periods, n_goals) cells.
+        codes: (periods, n_goals, cells) observation codes.
+
+    Raises:
+        ConfigError: the actions return tables of the wrong shape, type or range.
+    """
+    if point.msa.repeats:
+        return None
+    steps, stops, marks = behaviour_of(point, goals, codes)
+    # Copied, so that arrays are of one type for the compiler, whether they can be written or not.
+    marks = np.zeros(codes.shape, dtype=np.int64) if marks is None else marks.copy(order="C")
+    controls = steps.astype(np.uint8) | stops * np.uint8(STOP)
+    controls = np.ascontiguousarray(np.moveaxis(controls, 0, -1))
+    return ActionTable(controls.reshape(len(codes), -1, len(steps)), marks.reshape(len(codes), -1))
+
+
+def behaviour_of(point: DesignPoint, goals: IntArray, codes: NDArray[np.int64]) -> Behaviour:
+    """Return what the actions do in several periods, whether they only repeat steps or not.
+
+    Args:
+        point: the design point.
+        goals: (periods, n_goals) cells.
+        codes: (periods, n_goals, cells) observation codes.
+
+    Raises:
+        ConfigError: the actions return tables of the wrong shape, type or range.
+    """
+    msa = point.msa
+    found = msa.behaviour(point.world, point.representation, goals, codes)
+    by_action = (msa.n_actions, *codes.shape)
+    _checked("msa", msa, "behaviour", found.steps, by_action, np.int8, 0, WAIT)
+    _checked("msa", msa, "behaviour", found.stops, by_action, np.bool_, 0, 1)
+    if found.marks is not None:
+        _checked("msa", msa, "behaviour", found.marks, codes.shape, np.int64, 0, _LARGEST_CODE)
+    return found
 
 
 def observation_codes(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rl_design_space.learning.action_tables import move_by_table, propagate_by_table, step_table
 from rl_design_space.learning.behaviour import choose, draw
 from rl_design_space.learning.compiled import compiled_and_kept
 from rl_design_space.learning.lanes import (
@@ -51,23 +52,25 @@ class Rules(NamedTuple):
     stop_at_sub_goal: bool
     #: Number of action lengths that learn from longer actions that contain them.
     propagated_lengths: int
+    #: Whether all actions learn that would have made the same steps, see `action_tables`.
+    consistent: bool
     max_steps: int
 
 
 @compiled_and_kept
 def learn(
-    next_cell, lengths, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success, rows
+    next_cell, limits, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success, rows,
+    table,
 ):  # fmt: skip
     """Learn periods, as many side by side as there are lanes.
 
     The call returns when all its periods have begun and a lane is free. The next call continues the periods that still
-    run, with the same lanes and arguments except `observation`, `first` and `drain`.
+    run, with the same lanes and arguments except `observation`, `first`, `drain` and `table`.
 
     Args:
         next_cell: (4, cells) int32, transition table.
-        lengths: 1 + m ints, steps of the actions of each length; the first is 1. A tuple, so that their number, and
-            with it the number of actions, is known when the function is compiled. Action a repeats the step in
-            direction a % 4 lengths[a // 4] times.
+        limits: the most steps of each action, ints. A tuple, so that the number of actions is known when the function
+            is compiled.
         threshold: (trials,) uint64, ε · 2^32.
         rules: see `Rules`.
         observation: (taken, n_goals, cells) int64, observation codes of the periods to begin.
@@ -79,12 +82,14 @@ def learn(
         steps: (periods, trials) int32, output: steps of every trial.
         success: (periods, trials) bool, output: whether the final goal was reached.
         rows: (periods, 2) int32, output: rows of the Q-matrix, and rows whose values learning has changed.
+        table: what the actions do in the periods to begin, see `ActionTable`. None if action a makes limits[a] steps in
+            direction a % 4: the first four are the primitive actions, and groups of four have equal limits.
     """
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
-    n_actions = 4 * len(lengths)
-    next_of = np.ascontiguousarray(next_cell.T).ravel()
-    moves_of = np.array(lengths)
+    one_step = table is None and len(limits) == 4
+    next_of = step_table(next_cell, table)
+    limit_of = np.array(limits)
     reward_of = np.array((rules.step_reward, rules.out_of_order_reward, rules.sub_goal_reward, rules.final_goal_reward))
     numbers, reals, values, q, entries = (
         lanes.numbers,
@@ -96,6 +101,7 @@ def learn(
     # One element more than lanes: see `sort_by_length`.
     order = np.empty(LANES + 1, dtype=np.int64)
     passed, rewards = lanes.passed.ravel(), lanes.rewards.ravel()
+    made, controls = lanes.made.ravel(), lanes.controls.ravel()
     observations = index(n_goals * cells)
 
     running = int(lanes.running[0])
@@ -105,9 +111,9 @@ def learn(
             period = first + begun
             codes = observation[begun].ravel()
             layout_of, state = layout[period], generator[period]
-            begin_period(lanes, running, period, codes, layout_of, state, n_actions, rules.initial_q, rows)
+            begin_period(lanes, running, period, codes, layout_of, state, limits, rules.initial_q, rows, begun, table)
             start = index(layout[period, 0])
-            begin_trial(numbers, values, q, entries, running, 0, start, threshold, observations, lengths)
+            begin_trial(numbers, values, q, entries, running, 0, start, threshold, observations, limits)
             running += 1
             begun += 1
         if running == 0 or not (drain or running == len(lanes.q)):
@@ -116,19 +122,30 @@ def learn(
         # Rounded up to full vectors: results of lanes that do not run are never used.
         wide = running if running <= FEW else (running + WIDTH - 1) // WIDTH * WIDTH
         draw(numbers, wide)
-        choose(numbers, values, wide, lengths, rules)
-        if len(lengths) == 1:
-            move_once(numbers, reals, values, q, running, next_of, entries, lengths)
+        choose(numbers, values, wide, limits, rules)
+        if table is None:
+            if one_step:
+                move_once(numbers, reals, values, q, running, next_of, entries, limits)
+            else:
+                sort_by_length(numbers, running, limits, order)
+                move_on(
+                    numbers, reals, q, running, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
+                    passed, rewards, order,
+                )  # fmt: skip
         else:
-            sort_by_length(numbers, running, lengths, order)
-            move_on(
-                numbers, reals, q, running, next_of, entries, lengths, moves_of, rules, reward_of, index(cells),
-                passed, rewards, order,
+            move_by_table(
+                numbers, reals, q, running, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
+                passed, rewards, made, controls,
             )  # fmt: skip
-        some_ended, some_seen = update(numbers, reals, values, wide, index(cells), lengths, rules)
-        keep(numbers, reals, values, q, running, some_seen & (len(lengths) == 1))
-        if len(lengths) > 1:
-            propagate(numbers, values, q, running, lengths, moves_of, rules, passed, rewards, order)
+        some_ended, some_seen = update(numbers, reals, values, wide, index(cells), limits, rules, one_step)
+        keep(numbers, reals, values, q, running, some_seen & one_step)
+        if table is None:
+            if not one_step:
+                propagate(numbers, values, q, running, limits, limit_of, rules, passed, rewards, order)
+        else:
+            propagate_by_table(
+                numbers, values, q, running, limits, limit_of, rules, passed, rewards, made, controls
+            )  # fmt: skip
         if not some_ended:
             continue
         for lane in range(running - 1, -1, -1):
@@ -139,9 +156,9 @@ def learn(
             success[period, trial] = numbers[ENTRY + index(lane)] & KIND == FINAL_GOAL
             if trial + 1 < trials:
                 start = index(layout[period, 0])
-                begin_trial(numbers, values, q, entries, lane, trial + 1, start, threshold, observations, lengths)
+                begin_trial(numbers, values, q, entries, lane, trial + 1, start, threshold, observations, limits)
             else:
-                end_period(lanes, index(lane), n_actions, rules.initial_q, rows, period)
+                end_period(lanes, index(lane), limits, rules.initial_q, rows, period)
                 # The last lane replaces it; in this loop it was processed before.
                 running -= 1
                 swap(numbers, values, lane, running)

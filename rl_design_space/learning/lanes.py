@@ -14,6 +14,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
@@ -68,14 +69,17 @@ class Lanes(NamedTuple):
         reals: (REAL_COLUMNS · LANES,) float64, see the columns above.
         values: ((n_actions + 1) · LANES,) float64, the Q-values of each lane's current row, a column for every action,
             and one for values to discard.
-        q: (lanes, n_goals · cells · n_actions) float64, Q-matrices, by row and action.
+        q: (lanes, n_goals · cells · width of a row) float64, Q-matrices, by row and action.
         entries: (lanes, n_goals · cells) uint32, what a step onto a cell leads to, by success counter and cell: the
             offset in `q` of the row of the observation there, a multiple of four, plus one of the four kinds.
         passed: (1 + longest action, LANES) uint64, offsets of the rows that a multi-step action has passed.
         rewards: (longest action, LANES) float64, rewards of its steps.
+        made: (longest action, LANES) uint64, its steps, if they follow a table.
+        controls: (lanes, n_goals · cells · width of a row) uint32, by row and action, if actions follow a table: the
+            step that the action makes there, whether it stops on arriving, and what it perceives; see `action_tables`.
         known_codes, known_rows: int64 and int32, a hash table from observation codes to rows.
-        kept: (periods, n_goals · cells · n_actions) float64, the Q-matrices that periods begin with and, after they
-            have ended, end with, see `StagedLearning`. Without any, all values begin as `initial_q`.
+        kept: (periods, n_goals · cells · width of a row) float64, the Q-matrices that periods begin with and, after
+            they have ended, end with, see `StagedLearning`. Without any, all values begin as `initial_q`.
         states: (periods, 4) uint64, of as many periods: the state of the random generator at their end.
     """
 
@@ -87,6 +91,8 @@ class Lanes(NamedTuple):
     entries: NDArray[np.uint32]
     passed: NDArray[np.uint64]
     rewards: FloatArray
+    made: NDArray[np.uint64]
+    controls: NDArray[np.uint32]
     known_codes: NDArray[np.int64]
     known_rows: NDArray[np.int32]
     kept: FloatArray
@@ -101,6 +107,12 @@ def _aligned(shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray[Any]:
     return buffer[first : first + size].view(dtype).reshape(shape)
 
 
+@register_jitable
+def row_width(n_actions: int) -> int:
+    """Return the values that a row of the Q-matrix takes: a multiple of four, see `Lanes.entries`."""
+    return (n_actions + 3) // 4 * 4
+
+
 def side_by_side(periods: int, threads: int, bytes_each: int) -> int:
     """Return the number of lanes of each thread."""
     cached = min(LANES, _CACHED_BYTES // bytes_each)
@@ -111,7 +123,9 @@ def side_by_side(periods: int, threads: int, bytes_each: int) -> int:
 def empty_lanes(
     lanes: int,
     observations: int,
-    lengths: tuple[int, ...],
+    limits: tuple[int, ...],
+    *,
+    tabulated: bool = False,
     kept: FloatArray | None = None,
     states: NDArray[np.uint64] | None = None,
 ) -> Lanes:
@@ -120,23 +134,26 @@ def empty_lanes(
     Args:
         lanes: number of lanes, at most `LANES`.
         observations: n_goals · cells, of a period.
-        lengths: steps of the actions of each length.
+        limits: the most steps of each action.
+        tabulated: whether actions follow a table.
         kept: see `Lanes`; none if not given.
         states: see `Lanes`; none if not given.
     """
     numbers = _aligned((COLUMNS * LANES,), np.uint64)
     numbers[int(HOME) : int(HOME) + LANES] = np.arange(LANES)
-    n_actions, longest = 4 * len(lengths), max(lengths)
+    n_actions, longest, width = len(limits), max(limits), row_width(len(limits))
     slots = slot_count(observations)
     return Lanes(
         running=np.zeros(1, dtype=np.int64),
         numbers=numbers,
         reals=_aligned((REAL_COLUMNS * LANES,), np.float64),
         values=_aligned(((n_actions + 1) * LANES,), np.float64),
-        q=_aligned((lanes, observations * n_actions), np.float64),
+        q=_aligned((lanes, observations * width), np.float64),
         entries=np.empty((lanes, observations), dtype=np.uint32),
         passed=np.empty((1 + longest, LANES), dtype=np.uint64),
         rewards=np.empty((longest, LANES)),
+        made=np.empty((longest * tabulated, LANES), dtype=np.uint64),
+        controls=np.empty((lanes, observations * width * tabulated), dtype=np.uint32),
         known_codes=np.empty(slots, dtype=np.int64),
         known_rows=np.empty(slots, dtype=np.int32),
         kept=np.empty((0, 0)) if kept is None else kept,

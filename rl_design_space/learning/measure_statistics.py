@@ -23,6 +23,10 @@ _TINY = 1e-9
 _AT_ONCE = 130_000
 #: Places of a column that are summed up one after the other, for many resamples at a time.
 _PLACES = 100
+#: Size of a matrix up to which linear algebra uses one thread to multiply it with a vector.
+_ONE_THREAD = 9000
+#: Resamples that are not worth dividing into blocks.
+_FEW = 1000
 _CVAR = re.compile(r"cvar=(\d+(?:\.\d+)?)")
 
 
@@ -57,8 +61,7 @@ class Statistic:
             (resamples,) or (resamples, columns)
         """
         if self.is_mean:
-            mean: FloatArray = weights @ values
-            return mean
+            return weighted_means(weights, values)
         columns = np.asarray(values, np.float64).reshape(len(values), -1)
         order = np.argsort(columns, axis=0, kind="stable")
         ordered = np.take_along_axis(columns, order, axis=0)
@@ -98,6 +101,22 @@ class Statistic:
             last = np.minimum(last, periods - 1)
             found[rows] = ((ordered.T[every, first] + ordered.T[every, last]) / 2).T
         return found
+
+
+def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Return `weights @ values`, of many weights in blocks that are too small for linear algebra to start threads for.
+
+    Threads take longer to start than to multiply a vector, and several times longer where all cores are busy.
+
+    Args:
+        weights: (resamples, periods)
+        values: (periods,) or (periods, columns)
+    """
+    if values.ndim > 1 or len(weights) < _FEW:
+        product: FloatArray = weights @ values
+        return product
+    rows = max(4, _ONE_THREAD // len(values) // 4 * 4)
+    return np.concatenate([weights[begin : begin + rows] @ values for begin in range(0, len(weights), rows)])
 
 
 def _counted(weights: FloatArray) -> tuple[float, NDArray[Any]]:

@@ -42,36 +42,42 @@ def _step(numbers, lane, next_of, entries):
 
 
 @inlined
-def see(values, q, row, lane, lengths):
+def see(values, q, row, lane, limits):
     """Copy a row of the Q-matrix to the values that the lane's next decision reads."""
-    for action in range(4 * len(lengths)):
+    for action in range(len(limits)):
         values[index(action * LANES) + lane] = q[row + index(action)]
 
 
 @inlined
 def maximum(q, row, n_actions):
     """Return the maximum of a row of the Q-matrix, by a tree of comparisons: updates wait for them."""
-    best = max(max(q[row], q[row + _1]), max(q[row + _2], q[row + _3]))
-    for at in range(row + _4, row + n_actions, _4):
+    best = q[row]
+    if n_actions >= 4:
+        best = max(max(q[row], q[row + _1]), max(q[row + _2], q[row + _3]))
+    # In groups of four, and the rest one by one.
+    rest = row + index(n_actions // 4 * 4)
+    for at in range(row + _4, rest, _4):
         best = max(best, max(max(q[at], q[at + _1]), max(q[at + _2], q[at + _3])))
+    for at in range(rest, row + index(n_actions)):
+        best = max(best, q[at])
     return best
 
 
 @inlined
-def move_once(numbers, reals, values, q, running, next_of, entries, lengths):
+def move_once(numbers, reals, values, q, running, next_of, entries, limits):
     """Execute the chosen actions, all of one step, and look up the rows that they lead to."""
     for place in range(running):
         lane = index(place)
         entry = _step(numbers, lane, next_of, entries)
         reals[OLD + lane] = q[numbers[ROW + lane] + numbers[ACTION + lane]]
-        see(values, q, entry & ~KIND, lane, lengths)
+        see(values, q, entry & ~KIND, lane, limits)
 
 
 @inlined
-def sort_by_length(numbers, running, lengths, order):
+def sort_by_length(numbers, running, limits, order):
     """Sort the lanes by the lengths of their actions: loops of equal length in a row are predicted by the processor."""
     sorted_lanes = 0
-    for choice in range(len(lengths)):
+    for choice in range(len(limits) // 4):
         for lane in range(running):
             # An element that does not belong here is overwritten by the next one.
             order[sorted_lanes] = lane
@@ -80,14 +86,14 @@ def sort_by_length(numbers, running, lengths, order):
 
 @inlined
 def move_on(
-    numbers, reals, q, running, next_of, entries, lengths, moves_of, rules, reward_of, cells, passed, rewards, order
+    numbers, reals, q, running, next_of, entries, limits, limit_of, rules, reward_of, cells, passed, rewards, order
 ):
     """Execute the chosen actions step by step, in the order of `sort_by_length`; goals passed on the way count."""
     for place in range(running):
         lane = index(order[place])
         row, action, stage = numbers[ROW + lane], numbers[ACTION + lane], numbers[STAGE + lane]
         cell = numbers[CELL + lane]
-        length = moves_of[action >> _2]
+        length = limit_of[action]
         # The return of a multi-step action as printed in the paper: one term too many, all with the first reward.
         printed = (length > 1) & rules.printed_msa_reward
         limit = min(length, rules.max_steps - np.int64(numbers[MOVES + lane]))
@@ -117,4 +123,4 @@ def move_on(
         reals[RETURN + lane] = gain + discount * rewards[lane] if printed else gain
         reals[DISCOUNT + lane] = discount
         reals[OLD + lane] = q[row + action]
-        reals[BEST + lane] = maximum(q, entry & ~KIND, index(4 * len(lengths)))
+        reals[BEST + lane] = maximum(q, entry & ~KIND, len(limits))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rl_design_space.learning.action_tables import enter_controls
 from rl_design_space.learning.compiled import compiled
 from rl_design_space.learning.lanes import (
     CELL,
@@ -21,32 +22,37 @@ from rl_design_space.learning.lanes import (
     THRESHOLD,
     TRIAL,
     index,
+    row_width,
 )
 from rl_design_space.learning.moving import see
 from rl_design_space.learning.numbering import bits_of, slot_of
 
 
 @compiled
-def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
-    """Fill the entries of a lane; return the number of rows of its Q-matrix.
+def number(codes, first, stride, numbered, known_codes, known_rows):
+    """Number codes in the order in which they first occur: first, first + stride, …; return how many codes there are.
 
-    At most n_goals · cells observations occur in a period, however many codes there are. Rows are numbered in the order
-    in which the codes first occur.
+    At most n_goals · cells observations occur in a period, however many codes there are.
     """
     bits = bits_of(known_rows)
     known_rows[:] = -1
-    n_rows = 0
+    count = 0
     for at in range(len(codes)):
         code = codes[at]
         slot = slot_of(code, known_codes, known_rows, bits)
         if known_rows[slot] < 0:
-            known_rows[slot] = n_rows
+            known_rows[slot] = count
             known_codes[slot] = code
-            n_rows += 1
-        entries[at] = first + known_rows[slot] * n_actions
+            count += 1
+        numbered[at] = first + known_rows[slot] * stride
+    return count
 
+
+@compiled
+def _mark_goals(layout, entries):
+    """Add the kinds of cells to the entries of a lane."""
     n_goals = len(layout) - 1
-    cells = len(codes) // n_goals
+    cells = len(entries) // n_goals
     for reached in range(n_goals):
         for goal in range(n_goals):
             at = reached * cells + layout[1 + goal]
@@ -57,34 +63,40 @@ def _enter(codes, layout, first, n_actions, entries, known_codes, known_rows):
                 entries[at] = entries[at + cells] | SUB_GOAL
             else:
                 entries[at] |= FINAL_GOAL
-    return n_rows
 
 
 @compiled
-def begin_period(lanes, lane, period, codes, layout, state, n_actions, initial_q, rows):
+def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, rows, taken, table):
     """Begin a period in a lane, with a new Q-matrix, or with the one that is kept for it."""
     home = np.int64(lanes.numbers[HOME + lane])
     first = home * lanes.q.shape[1]
-    n_rows = _enter(codes, layout, first, n_actions, lanes.entries[home], lanes.known_codes, lanes.known_rows)
+    width = row_width(len(limits))
+    entries = lanes.entries[home]
+    n_rows = number(codes, first, width, entries, lanes.known_codes, lanes.known_rows)
+    if table is not None:
+        marks = np.empty(len(codes), dtype=np.uint32)
+        number(table.marks[taken], 0, 1, marks, lanes.known_codes, lanes.known_rows)
+        enter_controls(table.controls[taken], marks, entries, first, lanes.controls[home])
+    _mark_goals(layout, entries)
     rows[period, 0] = n_rows
     if len(lanes.kept):
-        lanes.q[home, : n_rows * n_actions] = lanes.kept[period, : n_rows * n_actions]
+        lanes.q[home, : n_rows * width] = lanes.kept[period, : n_rows * width]
     else:
-        lanes.q[home, : n_rows * n_actions] = initial_q
+        lanes.q[home, : n_rows * width] = initial_q
     lanes.numbers[PERIOD + lane] = period
     for word in range(4):
         lanes.numbers[S0 + index(word * LANES) + lane] = state[word]
 
 
 @compiled
-def end_period(lanes, lane, n_actions, initial_q, rows, period):
+def end_period(lanes, lane, limits, initial_q, rows, period):
     """Count the rows of a lane's Q-matrix whose values learning has changed; keep it for the next stage, if any."""
     q = lanes.q[np.int64(lanes.numbers[HOME + lane])]
-    is_kept = len(lanes.kept) > 0
+    width, is_kept = row_width(len(limits)), len(lanes.kept) > 0
     learned = 0
     for row in range(rows[period, 0]):
         changed = False
-        for at in range(row * n_actions, (row + 1) * n_actions):
+        for at in range(row * width, (row + 1) * width):
             changed |= q[at] != (lanes.kept[period, at] if is_kept else initial_q)
             if is_kept:
                 lanes.kept[period, at] = q[at]
@@ -96,7 +108,7 @@ def end_period(lanes, lane, n_actions, initial_q, rows, period):
 
 
 @compiled
-def begin_trial(numbers, values, q, entries, lane, trial, start, threshold, observations, lengths):
+def begin_trial(numbers, values, q, entries, lane, trial, start, threshold, observations, limits):
     """Begin a trial: put the agent of a lane on the start."""
     stage = numbers[HOME + lane] * observations
     entry = index(entries[stage + start])
@@ -106,7 +118,7 @@ def begin_trial(numbers, values, q, entries, lane, trial, start, threshold, obse
     numbers[STAGE + lane] = stage
     numbers[MOVES + lane] = 0
     numbers[ROW + lane] = entry & ~KIND
-    see(values, q, numbers[ROW + lane], lane, lengths)
+    see(values, q, numbers[ROW + lane], lane, limits)
 
 
 @compiled

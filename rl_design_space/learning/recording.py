@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rl_design_space.learning.action_tables import move_by_table, propagate_by_table, step_table
 from rl_design_space.learning.behaviour import choose, draw
 from rl_design_space.learning.compiled import compiled, compiled_and_kept
 from rl_design_space.learning.lanes import (
@@ -25,6 +26,7 @@ from rl_design_space.learning.lanes import (
     THRESHOLD,
     WORD,
     index,
+    row_width,
 )
 from rl_design_space.learning.moving import move_on, move_once, sort_by_length
 from rl_design_space.learning.periods import begin_period, begin_trial
@@ -39,7 +41,7 @@ class Path(NamedTuple):
     Attributes:
         cells: (k + 1,) int32, from the start to the final goal, or to where the step cap ended the trial.
         counters: (k + 1,) int32, success counter in each of these states; the number of goals at the final goal.
-        actions: (k,) int32, the action that each step belongs to; its direction is that number modulo 4.
+        actions: (k,) int32, the action that each step belongs to.
         explored: (k,) bool, whether the action was an exploratory one.
     """
 
@@ -50,15 +52,17 @@ class Path(NamedTuple):
 
 
 @compiled
-def _note(trail, at, begin, executed, action, explores, next_cell, layout):
+def _note(trail, at, begin, executed, action, explores, next_cell, layout, made):
     """Record the steps of an action that began in a cell; return where the next one is recorded.
 
     The cells passed follow from the transitions: only the last one is among the numbers of the lane.
     """
     cell = begin
-    for _ in range(executed):
+    for number in range(executed):
         counter = trail.counters[at]
-        cell = next_cell[action & 3, cell]
+        # Actions that follow no table repeat one step; the fifth step of those that do is to wait.
+        step = np.int64(made[number * LANES]) if len(made) else action & 3
+        cell = next_cell[step, cell] if step < 4 else cell
         trail.actions[at], trail.explored[at] = action, explores
         at += 1
         trail.cells[at] = cell
@@ -67,12 +71,14 @@ def _note(trail, at, begin, executed, action, explores, next_cell, layout):
 
 
 @compiled_and_kept
-def record(next_cell, lengths, threshold, rules, observation, layout, generator, lanes, q_after, trail, steps, success):
+def record(
+    next_cell, limits, threshold, rules, observation, layout, generator, lanes, q_after, trail, steps, success, table
+):  # fmt: skip
     """Learn one period as `learn` does, and record it.
 
     Args:
         next_cell: see `learn`.
-        lengths: see `learn`.
+        limits: see `learn`.
         threshold: see `learn`.
         rules: see `Rules`.
         observation: (1, n_goals, cells) int64, observation codes.
@@ -84,12 +90,13 @@ def record(next_cell, lengths, threshold, rules, observation, layout, generator,
             not recorded.
         steps: (trials,) int32, output.
         success: (trials,) bool, output.
+        table: see `learn`, of this period alone.
     """
     _, n_goals, cells = observation.shape
     trials = len(steps)
-    n_actions = 4 * len(lengths)
-    next_of = np.ascontiguousarray(next_cell.T).ravel()
-    moves_of = np.array(lengths)
+    one_step = table is None and len(limits) == 4
+    next_of = step_table(next_cell, table)
+    limit_of = np.array(limits)
     reward_of = np.array((rules.step_reward, rules.out_of_order_reward, rules.sub_goal_reward, rules.final_goal_reward))
     numbers, reals, values, q, entries = (
         lanes.numbers,
@@ -100,41 +107,53 @@ def record(next_cell, lengths, threshold, rules, observation, layout, generator,
     )
     order = np.empty(LANES + 1, dtype=np.int64)
     passed, rewards = lanes.passed.ravel(), lanes.rewards.ravel()
+    made, controls = lanes.made.ravel(), lanes.controls.ravel()
     observations = index(n_goals * cells)
     rows = np.empty((1, 2), dtype=np.int32)
     start = index(layout[0, 0])
-    begin_period(lanes, 0, 0, observation[0].ravel(), layout[0], generator[0], n_actions, rules.initial_q, rows)
+    begin_period(lanes, 0, 0, observation[0].ravel(), layout[0], generator[0], limits, rules.initial_q, rows, 0, table)
     at = 0
     for trial in range(trials):
-        begin_trial(numbers, values, q, entries, 0, trial, start, threshold, observations, lengths)
+        begin_trial(numbers, values, q, entries, 0, trial, start, threshold, observations, limits)
         if len(trail.cells):
             trail.cells[at], trail.counters[at] = layout[0, 0], 0
         ended = False
         while not ended:
             begin = np.int64(numbers[CELL])
             draw(numbers, 1)
-            choose(numbers, values, 1, lengths, rules)
+            choose(numbers, values, 1, limits, rules)
             action = np.int64(numbers[ACTION])
             explores = numbers[WORD] >> _32 < numbers[THRESHOLD]
-            if len(lengths) == 1:
-                move_once(numbers, reals, values, q, 1, next_of, entries, lengths)
+            if table is None:
+                if one_step:
+                    move_once(numbers, reals, values, q, 1, next_of, entries, limits)
+                else:
+                    sort_by_length(numbers, 1, limits, order)
+                    move_on(
+                        numbers, reals, q, 1, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
+                        passed, rewards, order,
+                    )  # fmt: skip
             else:
-                sort_by_length(numbers, 1, lengths, order)
-                move_on(
-                    numbers, reals, q, 1, next_of, entries, lengths, moves_of, rules, reward_of, index(cells),
-                    passed, rewards, order,
+                move_by_table(
+                    numbers, reals, q, 1, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
+                    passed, rewards, made, controls,
                 )  # fmt: skip
-            some_ended, some_seen = update(numbers, reals, values, 1, index(cells), lengths, rules)
-            keep(numbers, reals, values, q, 1, some_seen & (len(lengths) == 1))
-            if len(lengths) > 1:
-                propagate(numbers, values, q, 1, lengths, moves_of, rules, passed, rewards, order)
+            some_ended, some_seen = update(numbers, reals, values, 1, index(cells), limits, rules, one_step)
+            keep(numbers, reals, values, q, 1, some_seen & one_step)
+            if table is None:
+                if not one_step:
+                    propagate(numbers, values, q, 1, limits, limit_of, rules, passed, rewards, order)
+            else:
+                propagate_by_table(
+                    numbers, values, q, 1, limits, limit_of, rules, passed, rewards, made, controls
+                )  # fmt: skip
             if len(trail.cells):
-                executed = np.int64(numbers[EXECUTED]) if len(lengths) > 1 else 1
-                at = _note(trail, at, begin, executed, action, explores, next_cell, layout[0])
+                executed = 1 if one_step else np.int64(numbers[EXECUTED])
+                at = _note(trail, at, begin, executed, action, explores, next_cell, layout[0], made)
             ended = some_ended
         steps[trial] = numbers[MOVES]
         success[trial] = numbers[ENTRY] & KIND == FINAL_GOAL
         at += 1
         if len(q_after):
-            size = q_after.shape[1] * n_actions
-            q_after[trial] = q[:size].copy().reshape(q_after.shape[1], n_actions)
+            rows_of_q = q.reshape(-1, row_width(len(limits)))[: q_after.shape[1], : len(limits)]
+            q_after[trial] = rows_of_q

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.design import DesignPoint, cell_count, stages_of
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.checked import observation_codes
+from rl_design_space.learning.checked import action_table, behaviour_of, observation_codes
 from rl_design_space.learning.kernel import learn
-from rl_design_space.learning.lanes import empty_lanes
+from rl_design_space.learning.lanes import Lanes, empty_lanes, row_width
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import available_memory
 from rl_design_space.learning.optimum import shortest_tours
@@ -42,6 +42,8 @@ class Replay:
         success: (trials,) bool, whether the final goal was reached.
         codes: (n_goals, cells) int64, observation code of every state, by success counter and cell.
         row: (n_goals, cells) int32, row of the Q-matrix of every state; states with the same observation share it.
+        made: (actions, n_goals, cells) int8, the step that each action makes in every state: a number of `MOVES`, or
+            `WAIT`.
         q: (rows, actions), Q-matrix after the last trial; None if it was not kept, as the following.
         history: (trials, rows, actions), Q-matrix after each trial.
         visits: (n_goals, cells) int64, how often the agent was in each state in all trials, starts included.
@@ -56,6 +58,7 @@ class Replay:
     success: NDArray[np.bool_]
     codes: NDArray[np.int64]
     row: NDArray[np.int32]
+    made: NDArray[np.int8]
     q: FloatArray | None = None
     history: FloatArray | None = None
     visits: NDArray[np.int64] | None = None
@@ -125,23 +128,24 @@ class Replayer:
         layout, generator = self._layouts[period : period + 1], self._generator[period : period + 1]
         codes = np.array(observation_codes(self.point, layout[:, 1:]))  # a copy: it may be read-only, another type
         observations = task.goals * cell_count(self.point.world)
-        lanes = empty_lanes(1, observations, tables.lengths)
+        table = action_table(self.point, layout[:, 1:], codes)
+        lanes = empty_lanes(1, observations, tables.limits, tabulated=table is not None)
         steps, success = np.empty((1, task.trials), dtype=np.int32), np.empty((1, task.trials), dtype=np.bool_)
         rows = np.empty((1, 2), dtype=np.int32)
-        common = (tables.next_cell, tables.lengths, tables.threshold, tables.rules, codes)
-        learn(*common, 0, layout, generator, lanes, True, steps, success, rows)
+        common = (tables.next_cell, tables.limits, tables.threshold, tables.rules, codes)
+        learn(*common, 0, layout, generator, lanes, True, steps, success, rows, table)
 
         # Its number of rows and of steps is known now.
         row = _rows(codes[0])
         places = int(steps.sum()) + task.trials if {"paths", "visits"} & parts else 0
         history_trials = task.trials if "history" in parts else 0
-        q_shape = (int(row.max()) + 1, 4 * len(tables.lengths))
+        q_shape = (int(row.max()) + 1, len(tables.limits))
         _check_memory(places * _STEP + (history_trials + 1) * q_shape[0] * q_shape[1] * _VALUE)
         history = np.empty((history_trials, *q_shape))
         numbers, explored = np.empty((3, places), dtype=np.int32), np.zeros(places, dtype=np.bool_)
         trail = Path(numbers[0], numbers[1], numbers[2], explored)
         again, succeeded = np.empty_like(steps[0]), np.empty_like(success[0])
-        record(*common, layout, generator, lanes, history, trail, again, succeeded)
+        record(*common, layout, generator, lanes, history, trail, again, succeeded, table)
         if not (np.array_equal(again, steps[0]) and np.array_equal(succeeded, success[0])):
             raise RuntimeError(f"period {period}: learned again, it took other steps; this is a bug")
         states = (trail.counters * codes.shape[2] + trail.cells)[trail.counters < task.goals]
@@ -155,7 +159,8 @@ class Replayer:
             success=success[0],
             codes=codes[0],
             row=row,
-            q=lanes.q[0, : q_shape[0] * q_shape[1]].reshape(q_shape).copy() if "q" in parts else None,
+            made=behaviour_of(self.point, layout[:, 1:], codes).steps[:, 0],
+            q=_q_matrix(lanes, q_shape) if "q" in parts else None,
             history=history if "history" in parts else None,
             visits=visits if "visits" in parts else None,
             paths=tuple(_paths(trail, steps[0])) if "paths" in parts else None,
@@ -214,6 +219,12 @@ def _rows(codes: NDArray[np.int64]) -> NDArray[np.int32]:
     _, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
     numbers: NDArray[np.int32] = np.argsort(np.argsort(first)).astype(np.int32)[inverse].reshape(codes.shape)
     return numbers
+
+
+def _q_matrix(lanes: Lanes, shape: tuple[int, int]) -> FloatArray:
+    """Return a copy of the Q-matrix of the only lane, (rows, actions)."""
+    rows, actions = shape
+    return lanes.q.reshape(-1, row_width(actions))[:rows, :actions].copy()
 
 
 def _check_memory(needed: float) -> None:

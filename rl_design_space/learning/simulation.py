@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from rl_design_space.design import DesignPoint, cell_count, stages_of
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.checked import observation_codes
+from rl_design_space.learning.checked import action_table, observation_codes
+from rl_design_space.learning.controls import ActionTable, no_table
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.joint import JointLearning
 from rl_design_space.learning.kernel import learn
-from rl_design_space.learning.lanes import Lanes, empty_lanes, side_by_side
+from rl_design_space.learning.lanes import Lanes, empty_lanes, row_width, side_by_side
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
@@ -123,11 +124,13 @@ class Learning(JointLearning):
         self._success = np.empty((task.periods, task.trials), dtype=np.bool_)
         self._rows = np.empty((task.periods, 2), dtype=np.int32)
         first = self._copy(begun) if begun else 0
-        self._observations, n_actions = task.goals * cells, 4 * len(self._tables.lengths)
-        self._lanes = side_by_side(task.periods - first, threads, bytes_each=8 * self._observations * n_actions)
+        self._observations, width = task.goals * cells, row_width(len(self._tables.limits))
+        bytes_each = (8 if point.msa.repeats else 12) * self._observations * width
+        self._lanes = side_by_side(task.periods - first, threads, bytes_each)
         self._nothing = np.empty((0, task.goals, cells), dtype=np.int64)
+        self._no_table = None if point.msa.repeats else no_table(self._observations, len(self._tables.limits))
         # Without periods: this compiles, or loads compiled code, outside the measured time.
-        self._learn(self._nothing, 0, empty_lanes(1, self._observations, self._tables.lengths), drain=True)
+        self._learn(self._nothing, self._no_table, 0, self._empty_lanes(1), drain=True)
         self.begin(_shares(first, task.periods, threads, self._lanes, self._observations))
 
     def curves(self) -> LearningCurves:
@@ -149,16 +152,24 @@ class Learning(JointLearning):
 
     def _work(self) -> None:
         """Learn shares until none is left; their periods overlap, so that no lane is idle in between."""
-        lanes = empty_lanes(self._lanes, self._observations, self._tables.lengths)
+        lanes = self._empty_lanes(self._lanes)
         while (share := self.next_share()) is not None:
-            self._learn(observation_codes(self._point, self._layouts[share, 1:]), share.start, lanes, drain=False)
-        self._learn(self._nothing, 0, lanes, drain=True)
+            goals = self._layouts[share, 1:]
+            codes = observation_codes(self._point, goals)
+            self._learn(codes, action_table(self._point, goals, codes), share.start, lanes, drain=False)
+        self._learn(self._nothing, self._no_table, 0, lanes, drain=True)
 
-    def _learn(self, codes: NDArray[np.int64], first: int, lanes: Lanes, *, drain: bool) -> None:
+    def _empty_lanes(self, lanes: int) -> Lanes:
+        tabulated = self._no_table is not None
+        return empty_lanes(lanes, self._observations, self._tables.limits, tabulated=tabulated)
+
+    def _learn(
+        self, codes: NDArray[np.int64], table: ActionTable | None, first: int, lanes: Lanes, *, drain: bool
+    ) -> None:
         tables = self._tables
         learn(
-            tables.next_cell, tables.lengths, tables.threshold, tables.rules, codes, first, self._layouts,
-            self._generator, lanes, drain, self._steps, self._success, self._rows,
+            tables.next_cell, tables.limits, tables.threshold, tables.rules, codes, first, self._layouts,
+            self._generator, lanes, drain, self._steps, self._success, self._rows, table,
         )  # fmt: skip
 
 

@@ -22,10 +22,11 @@ from rl_design_space.learning.carrying import (
     remember,
     same_place,
 )
-from rl_design_space.learning.checked import ancestors, portable_codes
+from rl_design_space.learning.checked import action_table, ancestors, observation_codes, portable_codes
+from rl_design_space.learning.controls import ActionTable, no_table
 from rl_design_space.learning.joint import JointLearning
 from rl_design_space.learning.kernel import learn
-from rl_design_space.learning.lanes import empty_lanes, side_by_side
+from rl_design_space.learning.lanes import empty_lanes, row_width, side_by_side
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.result import LearningCurves
@@ -73,7 +74,7 @@ class StagedLearning(JointLearning):
         self._met = _most_observations(stages)
         # Without periods: this compiles, or loads compiled code, outside the measured time.
         self._learn(slice(0, 0))
-        values = self._met * self._stages[0].n_actions + 2 * max(stage.values for stage in self._stages)
+        values = self._met * self._stages[0].width + 2 * max(stage.values for stage in self._stages)
         first = self._copy(begun) if begun else 0
         self.begin(_shares(first, point.task.periods, threads, most=max(1, _SHARE_BYTES // (8 * values))))
 
@@ -126,7 +127,7 @@ class StagedLearning(JointLearning):
             elif now.observes_the_same_as(before):
                 now.begin_where_ended(before)
             else:
-                memory = memory or empty_memory(len(generator), self._met, stage.n_actions)
+                memory = memory or empty_memory(len(generator), self._met, stage.width)
                 now.begin_with_memory(memory, before)
             memory = memory if stage.carry == "same_observation" else None
             now.learn()
@@ -148,8 +149,8 @@ class _Stage:
         self.point, self.carry, self.layouts = point, stage.carry, layouts
         self.tables = learning_tables(point)
         self.optimum = shortest_tours(self.tables.next_cell, layouts)
-        self.n_actions, self.states = 4 * len(self.tables.lengths), point.task.goals * cell_count(point.world)
-        self.values = self.states * self.n_actions
+        self.width, self.states = row_width(len(self.tables.limits)), point.task.goals * cell_count(point.world)
+        self.values = self.states * self.width
         shape = (len(layouts), point.task.trials)
         self.steps, self.success = np.empty(shape, dtype=np.int32), np.empty(shape, dtype=np.bool_)
         self.rows = np.empty((len(layouts), 2), dtype=np.int32)
@@ -206,9 +207,9 @@ class _Played:
         """Begin with the values of equal observations, after those of the stage before are in the memory."""
         stage = self._stage
         self._kept = np.empty((len(self._codes), stage.values))
-        remember(memory, before._codes, before._rows, before._kept, stage.n_actions)
+        remember(memory, before._codes, before._rows, before._kept, stage.width)
         initial_q = stage.point.learner.initial_q
-        recall(memory, self._codes, self._rows, initial_q, stage.n_actions, self._kept, self._carried)
+        recall(memory, self._codes, self._rows, initial_q, stage.width, self._kept, self._carried)
 
     def begin_with_ancestors(self, before: _Played) -> None:
         """Begin with the values of the states that the carry rule gives."""
@@ -220,21 +221,33 @@ class _Played:
             found = ancestors(rule, *scenes) if batch.stop else self._codes
             inherit(
                 found, batch.start, before._rows, before._kept, self._rows, stage.point.learner.initial_q,
-                stage.n_actions, self._kept, self._carried,
+                stage.width, self._kept, self._carried,
             )  # fmt: skip
 
     def learn(self) -> None:
         """Learn the stage in all periods of the share."""
         stage, share, tables = self._stage, self._share, self._stage.tables
-        lanes = side_by_side(max(1, len(self._kept)), 1, bytes_each=8 * stage.values)
-        running = empty_lanes(lanes, stage.states, tables.lengths, self._kept, self._generator)
+        tabulated = not stage.point.msa.repeats
+        lanes = side_by_side(max(1, len(self._kept)), 1, (12 if tabulated else 8) * stage.values)
+        running = empty_lanes(
+            lanes, stage.states, tables.limits, tabulated=tabulated, kept=self._kept, states=self._generator
+        )
         # Read-only, as in other points: the kernel would be compiled again for another type.
         generator = self._generator.view()
         generator.setflags(write=False)
         learn(
-            tables.next_cell, tables.lengths, tables.threshold, tables.rules, self._codes, 0, self._layouts, generator,
-            running, True, stage.steps[share], stage.success[share], stage.rows[share],
+            tables.next_cell, tables.limits, tables.threshold, tables.rules, self._codes, 0, self._layouts, generator,
+            running, True, stage.steps[share], stage.success[share], stage.rows[share], self._table(),
         )  # fmt: skip
+
+    def _table(self) -> ActionTable | None:
+        """Return what the actions do, if they follow a table."""
+        stage, goals = self._stage, self._layouts[:, 1:]
+        if stage.point.msa.repeats:
+            return None
+        if not len(goals):
+            return no_table(stage.states, len(stage.tables.limits))
+        return action_table(stage.point, goals, observation_codes(stage.point, goals))
 
     def _scene(self, batch: slice) -> StageScene:
         return StageScene(self._stage.point.world, self._layouts[batch, 1:], self._codes[batch])

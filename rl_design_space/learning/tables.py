@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.design import DesignPoint
 from rl_design_space.learning.behaviour import COIN_SIDES
-from rl_design_space.learning.checked import epsilons, lengths, rewards, transitions
+from rl_design_space.learning.checked import action_table as action_table
+from rl_design_space.learning.checked import behaviour_of as behaviour_of
+from rl_design_space.learning.checked import epsilons, limits, rewards, transitions
 from rl_design_space.learning.checked import observation_codes as observation_codes
 from rl_design_space.learning.kernel import Rules
 
@@ -22,14 +24,14 @@ class Tables(NamedTuple):
         next_cell: (4, cells) int32, transitions.
         epsilon: (trials,) float64, probability of exploring.
         threshold: (trials,) uint64, epsilon · 2^32.
-        lengths: steps of the actions of each length; the first is 1.
+        limits: the most steps of each action.
         rules: parameters of the learner, and rewards.
     """
 
     next_cell: NDArray[np.int32]
     epsilon: FloatArray
     threshold: NDArray[np.uint64]
-    lengths: tuple[int, ...]
+    limits: tuple[int, ...]
     rules: Rules
 
 
@@ -41,13 +43,12 @@ def learning_tables(point: DesignPoint) -> Tables:
     """
     epsilon = epsilons(point)
     threshold = np.rint(epsilon * COIN_SIDES).astype(np.uint64)
-    return Tables(transitions(point), epsilon, threshold, tuple(lengths(point).tolist()), _rules(point, rewards(point)))
+    return Tables(transitions(point), epsilon, threshold, tuple(limits(point).tolist()), _rules(point, rewards(point)))
 
 
 def _rules(point: DesignPoint, table: FloatArray) -> Rules:
     learner, msa = point.learner, point.msa
     step, sub_goal, final_goal = table.tolist()
-    propagated = {"none": 0, "primitives": 1, "all_shorter": 1 + len(msa.lengths)}
     return Rules(
         alpha=learner.alpha,
         gamma=learner.gamma,
@@ -61,6 +62,7 @@ def _rules(point: DesignPoint, table: FloatArray) -> Rules:
         printed_update=learner.update == "printed",
         printed_msa_reward=msa.reward == "printed",
         stop_at_sub_goal=msa.sub_goal == "stop",
-        propagated_lengths=propagated[msa.propagation],
+        propagated_lengths=msa.propagated_lengths,
+        consistent=msa.propagation == "consistent",
         max_steps=point.task.max_steps,
     )

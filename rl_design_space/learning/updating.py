@@ -33,7 +33,7 @@ _0, _1, _2, _3 = (index(number) for number in range(4))
 
 
 @inlined
-def _updated(old, gain, discount, best_next, rules):
+def updated(old, gain, discount, best_next, rules):
     """Return a Q-value after an update towards gain + discount · best_next."""
     if rules.printed_update:
         return old + rules.alpha * (gain + discount * (best_next - old))
@@ -41,7 +41,7 @@ def _updated(old, gain, discount, best_next, rules):
 
 
 @inlined
-def update(numbers, reals, values, running, cells, lengths, rules):
+def update(numbers, reals, values, running, cells, limits, rules, one_step):
     """Compute the new Q-values of the chosen actions, and the next states of the agents.
 
     The best value of the next state is taken before this update. The target includes it unless the next state is
@@ -55,9 +55,9 @@ def update(numbers, reals, values, running, cells, lengths, rules):
         entry, row, action = numbers[ENTRY + lane], numbers[ROW + lane], numbers[ACTION + lane]
         kind = entry & KIND
         terminal = kind == FINAL_GOAL
-        if len(lengths) == 1:
+        if one_step:
             best_next = values[lane]
-            for other in range(1, 4 * len(lengths)):
+            for other in range(1, len(limits)):
                 value = values[index(other * LANES) + lane]
                 best_next = value if value > best_next else best_next
             gain = rules.step_reward
@@ -71,12 +71,12 @@ def update(numbers, reals, values, running, cells, lengths, rules):
             best_next, made = reals[BEST + lane], numbers[EXECUTED + lane]
             gain, discount = reals[RETURN + lane], reals[DISCOUNT + lane]
         best_next = 0.0 if terminal else best_next
-        reals[NEW + lane] = _updated(reals[OLD + lane], gain, discount, best_next, rules)
+        reals[NEW + lane] = updated(reals[OLD + lane], gain, discount, best_next, rules)
 
         next_row = entry ^ kind
         same = next_row == row
         numbers[UPDATED + lane] = row + action
-        numbers[SEEN + lane] = action if same else index(4 * len(lengths))
+        numbers[SEEN + lane] = action if same else index(len(limits))
         numbers[ROW + lane] = next_row
         moves = numbers[MOVES + lane] + made
         ended = index(terminal | (moves == index(rules.max_steps)))
@@ -98,16 +98,15 @@ def keep(numbers, reals, values, q, running, some_seen):
 
 
 @inlined
-def propagate(numbers, values, q, running, lengths, moves_of, rules, passed, rewards, order):
+def propagate(numbers, values, q, running, limits, limit_of, rules, passed, rewards, order):
     """Update the shorter actions that executed actions contain, from the cells passed, in order of time."""
-    n_actions = index(4 * len(lengths))
     for place in range(running):
         lane = index(order[place])
         action, executed = numbers[ACTION + lane], np.int64(numbers[EXECUTED + lane])
         terminal = numbers[ENTRY + lane] & KIND == FINAL_GOAL
-        length = moves_of[action >> _2]
+        length = limit_of[action]
         for choice in range(rules.propagated_lengths):
-            shorter = moves_of[choice]
+            shorter = limit_of[4 * choice]
             times = executed - shorter + 1 if shorter < length else 0
             for first in range(times):
                 last = first + shorter
@@ -116,8 +115,8 @@ def propagate(numbers, values, q, running, lengths, moves_of, rules, passed, rew
                 for at in range(first, last):
                     gain += discount * rewards[index(at * LANES) + lane]
                     discount *= rules.gamma
-                best_next = maximum(q, passed[index(last * LANES) + lane], n_actions)
+                best_next = maximum(q, passed[index(last * LANES) + lane], len(limits))
                 best_next = 0.0 if terminal & (last == executed) else best_next
                 at = passed[index(first * LANES) + lane] + (action & _3) + index(4 * choice)
-                q[at] = _updated(q[at], gain, discount, best_next, rules)
-        see(values, q, numbers[ROW + lane], lane, lengths)
+                q[at] = updated(q[at], gain, discount, best_next, rules)
+        see(values, q, numbers[ROW + lane], lane, limits)

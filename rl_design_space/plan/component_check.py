@@ -50,7 +50,8 @@ class ComponentCheck:
         self._run(_world, point, (world,), task.goals)
         self._run(_schedule, point, (point.exploration,), task.trials)
         self._run(_rewards, point, (point.reward,))
-        self._run(_lengths, point, (point.msa,))
+        self._run(_limits, point, (point.msa,))
+        self._run(_actions, point, (point.msa, point.representation, world), task.goals)
         self._run(_codes, point, (point.representation, world), task.goals)
 
     def _run(
@@ -122,8 +123,17 @@ def _rewards(point: DesignPoint) -> _Tables:
     return {f"reward: {full_name(type(point.reward))}.table()": checked.rewards(point)}
 
 
-def _lengths(point: DesignPoint) -> _Tables:
-    return {f"msa: {full_name(type(point.msa))}.action_lengths()": checked.lengths(point)}
+def _limits(point: DesignPoint) -> _Tables:
+    return {f"msa: {full_name(type(point.msa))}.limits()": checked.limits(point)}
+
+
+def _actions(point: DesignPoint) -> _Tables:
+    if point.msa.repeats:
+        return {}
+    goals = layouts_of(point, periods=2)[:, 1:]
+    table = checked.action_table(point, goals, checked.observation_codes(point, goals))
+    name = f"msa: {full_name(type(point.msa))}.behaviour()"
+    return {} if table is None else {f"{name}.steps": table.controls, f"{name}.marks": table.marks}
 
 
 def _codes(point: DesignPoint) -> _Tables:

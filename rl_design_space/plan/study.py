@@ -64,8 +64,13 @@ class Study:
 
     @property
     def mark(self) -> str:
-        """A note for figures whose points have fewer periods than the study's file asks for; empty otherwise."""
+        """A note for figures whose points have fewer periods than the study's file asks for; empty otherwise.
+
+        That is the case, too, if a precision decides on their number.
+        """
         most, usual = _most_periods(self.plan), self.usual_periods
+        if any(planned.point.task.precision is not None for planned in self.plan):
+            return ""
         return f"quick look: {most} periods instead of {usual}" if most < usual else ""
 
     def report(self) -> Any:

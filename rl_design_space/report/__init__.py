@@ -1,10 +1,11 @@
-"""Reports: tables and figures of tracked runs. Nothing here starts to learn."""
+"""Reports: tables and figures of tracked runs. Only what looks inside learns, single periods again."""
 
 from rl_design_space.report.best import Best
 from rl_design_space.report.claims_ledger import ClaimsLedger
 from rl_design_space.report.compare import Compare
 from rl_design_space.report.curves import Curves
 from rl_design_space.report.curves_figure import CurvesFigure
+from rl_design_space.report.failures import Failures
 from rl_design_space.report.figures import Figures
 from rl_design_space.report.heatmap import Heatmap
 from rl_design_space.report.importance import Importance
@@ -26,6 +27,7 @@ __all__ = [
     "Compare",
     "Curves",
     "CurvesFigure",
+    "Failures",
     "Figures",
     "Heatmap",
     "Importance",

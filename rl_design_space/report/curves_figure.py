@@ -17,12 +17,11 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.learning_curves import curve_frame, curve_summary, random_walk_steps
+from rl_design_space.analysis.learning_curves import curve_frame, curve_summary
 from rl_design_space.config.build import construct
-from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR
-from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.base import MAIN, Frames, Report, Text
+from rl_design_space.report.baselines import MORE, above_optimum, levels, memoryless_level, told_of_memoryless
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, different_choices
 from rl_design_space.report.runs import Runs
@@ -55,6 +54,7 @@ _NOTE = (
     "which the trial misses the final goal.\nDashed grey: fewest steps possible. Dotted grey: a random walk (expected, "
     "without the step cap)."
 )
+_MEMORYLESS_NOTE = " Dash-dotted: the best memoryless policy, where it needs more steps."
 _EXPLORATION_NOTE = (
     "\nBottom: total steps of a period against the total exploration of its schedule (the sum of ε over the trials), "
     "one point for each value of its parameters."
@@ -120,7 +120,8 @@ class CurvesFigure(Report):
                 recorded line.
             EXPLORATION: panel, family, point, joined (whether the family varies one parameter alone), and columns of
                 `curve_summary`: one row for each recorded point of the families.
-            LINES: panel, line, command, and the columns of `curve_summary`, NaN if missing: one row for each line.
+            LINES: panel, line, command, memoryless (steps of a trial of the best memoryless policy, NaN if not known),
+                and the columns of `curve_summary`, NaN if missing: one row for each line.
             PANELS: panel; optimum and random_walk, steps of a trial, NaN if nothing is recorded.
         """
         points = self.points(runs)
@@ -130,11 +131,13 @@ class CurvesFigure(Report):
             for (panel, line), result in results.items()
             if result
         ]
+        known: dict[str, float] = {}
         lines = [
             {
                 "panel": panel,
                 "line": line,
                 "command": _missing(points[panel, line]).planned.command,
+                "memoryless": memoryless_level(points[panel, line], known) if result else float("nan"),
                 "total_steps": float("nan"),
                 **(curve_summary(result) if result else {}),
             }
@@ -144,8 +147,8 @@ class CurvesFigure(Report):
         for panel in self.built_panels():
             recorded = (names for names, result in results.items() if names[0] == panel.title and result)
             first = next(recorded, None)
-            levels = _levels(points[first], results[first]) if first else _levels([], None)
-            panels.append({"panel": panel.title, **levels})
+            drawn = levels(points[first], results[first]) if first else levels([], None)
+            panels.append({"panel": panel.title, **drawn})
         return {
             MAIN: pd.concat(curves) if curves else pd.DataFrame(columns=_CURVE_COLUMNS),
             EXPLORATION: self._exploration(runs),
@@ -169,6 +172,7 @@ class CurvesFigure(Report):
             "Total steps: steps of all trials of a period, mean over periods with its 95 % BCa interval. Trials to "
             f"final level: until the mean curve of steps / optimum stays within {NEAR} times its mean over the last "
             f"{FINAL_TRIALS} trials. Failed trials count with the steps up to the step cap.",
+            *told_of_memoryless(frames[LINES], frames[PANELS]),
         ]
 
     def _exploration(self, runs: Runs) -> pd.DataFrame:
@@ -187,15 +191,6 @@ class CurvesFigure(Report):
 def _missing(seeds: Sequence[Point]) -> Point:
     """Return a point without a run, if there is one."""
     return next((point for point in seeds if point.run is None), seeds[0])
-
-
-def _levels(seeds: Sequence[Point], result: LearningCurves | None) -> dict[str, float]:
-    """Return the steps of a trial of the best policy, and of a random walk, on the layouts of a result."""
-    if result is None:
-        return {"optimum": float("nan"), "random_walk": float("nan")}
-    layouts = np.concatenate([layouts_of(point.planned.point) for point in seeds])
-    walk = random_walk_steps(result.point.world, layouts)
-    return {"optimum": float(result.optimum.mean()), "random_walk": walk}
 
 
 def _numbers(line: Mapping[Any, Any]) -> list[str]:
@@ -231,6 +226,9 @@ def _draw(frames: Frames, title: str, families: Sequence[str]) -> Figure:
         if not np.isnan(panel["optimum"]):
             for level, dashes in (("optimum", "--"), ("random_walk", ":")):
                 above.axhline(panel[level], color="0.45", linestyle=dashes, linewidth=1)
+            for line, colour in zip(of_lines.to_dict("records"), colours(len(of_lines)), strict=True):
+                if line["memoryless"] > MORE * panel["optimum"]:
+                    above.axhline(line["memoryless"], color=colour, linestyle="-.", linewidth=1)
         make_logarithmic(above)
         below.set_ylim(0, 1.05 * most_failed)
         above.set_title(panel["panel"], fontsize=11)
@@ -240,7 +238,8 @@ def _draw(frames: Frames, title: str, families: Sequence[str]) -> Figure:
             for axis, name in zip((above, below, *lowest), _HEIGHTS, strict=False):
                 axis.set_ylabel(name)
     figure.suptitle(title, fontsize=12)
-    figure.supxlabel(_NOTE + (_EXPLORATION_NOTE if families else ""), fontsize=8)
+    memoryless = _MEMORYLESS_NOTE if len(above_optimum(frames[LINES], panels)) else ""
+    figure.supxlabel(_NOTE + memoryless + (_EXPLORATION_NOTE if families else ""), fontsize=8)
     return figure
 
 

@@ -16,6 +16,7 @@ from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.censoring import Bounded
 from rl_design_space.config.measure_name import measure_of
 from rl_design_space.config.overrides import with_absent
+from rl_design_space.config.recorded import recorded_point
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.chosen_points import ChosenPoints
@@ -32,6 +33,7 @@ from rl_design_space.report.watching import Watch, unwatched
 from rl_design_space.run.enough import enough_text
 
 if TYPE_CHECKING:
+    from rl_design_space.design import DesignPoint
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
@@ -153,6 +155,17 @@ class Runs(ChosenPoints):
                 else LearningCurves.found(arrays, point.parameters.get("world.size"))
             )
         return self._results[point]
+
+    def design_point(self, point: Point) -> DesignPoint:
+        """Return the design point of a recorded point, from the plan of its study or from the config of its run.
+
+        Raises:
+            ConfigError: the config of the run is not accepted.
+        """
+        if point.of_plan:
+            return point.of_plan.point
+        assert point.run is not None
+        return recorded_point(self._reader.config(point.run), f"run {point.run.run_id}")
 
     def forget(self, point: Point) -> None:
         """Free the memory of a result that is not needed again."""

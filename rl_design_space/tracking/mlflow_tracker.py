@@ -111,8 +111,7 @@ class MlflowTracker:
 
     def beginnings(self, points: Collection[PlannedPoint]) -> dict[str, Beginning]:
         """Return the longest recorded run of each of these points with another number of periods, by fingerprint."""
-        nothing: set[int] = set()
-        counts = self._asked(self._queries.period_counts, nothing) | self._counts
+        counts = self._asked(self._queries.period_counts, set[int]()) | self._counts
         return beginnings(points, counts, lambda wanted: self._pending(wanted) | self._stored(wanted))
 
     def result(self, beginning: Beginning, planned: PlannedPoint) -> LearningCurves | None:
@@ -282,7 +281,9 @@ class _Sweep:
     def close(self, ending: SweepEnding) -> None:
         """End the run."""
         if ending.status != "KILLED":  # a sweep that is stopped does not wait for the store
-            ending = replace(ending, stored={**ending.stored, **self._delivered(ending.stored)})
+            # Records that were pending when their points were recorded may be delivered now.
+            pending = [fingerprint for fingerprint, run in ending.stored.items() if not run.run_id]
+            ending = replace(ending, stored={**ending.stored, **self._tracker._stored(pending)})
         names, is_stopped = self._ranking.names, ending.status == "KILLED"
         ending = replace(ending, stored=self._ranking.measured(ending.stored, may_read=not is_stopped))
         content = {
@@ -297,7 +298,3 @@ class _Sweep:
         }
         self._tracker._submit(Record(CLOSE, self._key, content, summary.closing_tables(self._plan, ending, names)))
         self._tracker._locks.release(self._key)
-
-    def _delivered(self, stored: Mapping[str, StoredRun]) -> dict[str, StoredRun]:
-        """Return the runs of records that were pending when their points were recorded, and are delivered now."""
-        return self._tracker._stored([fingerprint for fingerprint, run in stored.items() if not run.run_id])

@@ -19,6 +19,7 @@ from rl_design_space.tracking import selection
 from rl_design_space.tracking.address import StoreAddress, sqlite_path
 from rl_design_space.tracking.artifacts import is_local, write_artifacts
 from rl_design_space.tracking.beginnings import beginnings
+from rl_design_space.tracking.collection import without_collection
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
 from rl_design_space.tracking.queries import queries_of
@@ -50,6 +51,10 @@ class Reader(Protocol):
         """Return the arrays of a run: `steps` and `success` (periods, trials), `optimum`, `rows`, every curve."""
         ...
 
+    def config(self, run: StoredRun) -> dict[str, Any]:
+        """Return the resolved config of a run."""
+        ...
+
     def link(self, ui: str, study: str) -> str:
         """Return the address of a study's runs in an MLflow UI."""
         ...
@@ -66,6 +71,9 @@ class NoRuns:
         return {}
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
+        raise LookupError(f"no run was recorded: {run.run_id}")
+
+    def config(self, run: StoredRun) -> dict[str, Any]:
         raise LookupError(f"no run was recorded: {run.run_id}")
 
     def link(self, ui: str, study: str) -> str:
@@ -95,6 +103,9 @@ class FoundRuns:
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
         return self._reader.periods(run)
+
+    def config(self, run: StoredRun) -> dict[str, Any]:
+        return self._reader.config(run)
 
     def link(self, ui: str, study: str) -> str:
         return self._reader.link(ui, study)
@@ -139,7 +150,8 @@ class RunReader:
 
     def frame(self) -> pd.DataFrame:
         """Return a tidy frame of all complete runs, see `run_frame.frame_of`."""
-        return frame_of(self._queries.runs())
+        with without_collection():
+            return frame_of(self._queries.runs())
 
     def select(
         self,
@@ -161,11 +173,12 @@ class RunReader:
         Raises:
             ConfigError: there is no such study or parameter, or the filter is not valid.
         """
-        found = every = self._queries.runs()
-        if filter is not None:
-            found = filtered(found, filter)
-        found = selection.chosen(found, where)
-        frame = frame_of(found)
+        with without_collection():
+            found = every = self._queries.runs()
+            if filter is not None:
+                found = filtered(found, filter)
+            found = selection.chosen(found, where)
+            frame = frame_of(found)
         if study is not None:
             frame = of_study(frame, study)
         if outdated or any(selection.SOURCE in name for name in (filter or "", *where)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 
 from rl_design_space.tracking import values
 from rl_design_space.tracking.tracker import Enough
@@ -40,6 +41,12 @@ def study_tags(studies: Iterable[str]) -> dict[str, str]:
 
 def studies_of(tags: Iterable[str]) -> frozenset[str]:
     """Return the studies that tags name."""
+    return _studies(tuple(tags))
+
+
+@lru_cache(maxsize=1024)
+def _studies(tags: tuple[str, ...]) -> frozenset[str]:
+    """Return the studies that tags name; thousands of runs have the same tags."""
     return frozenset(tag.removeprefix(STUDY_TAG) for tag in tags if tag.startswith(STUDY_TAG))
 
 

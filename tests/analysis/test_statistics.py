@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 import warnings
 from collections.abc import Callable
 
@@ -12,12 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from rl_design_space.analysis import statistics
+from rl_design_space.analysis import resampling, statistics
 from rl_design_space.analysis.averaging import mean_of_runs
 from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.analysis.statistics import (
+    Resamples,
     mean_estimate,
     mean_share_estimate,
+    resample_weights,
+    resampled_means,
     share_estimate,
     top_percent_weight,
     weighted_means,
@@ -205,3 +209,34 @@ def test_weighted_means_are_those_of_one_product(periods: int):
     weights, values = rng.random((50, periods)), rng.lognormal(size=periods)
     np.testing.assert_allclose(weighted_means(weights, values), weights @ values, rtol=1e-12)
     assert weighted_means(weights[:0], values).shape == (0,)
+
+
+@pytest.mark.parametrize("half", [slice(None), slice(1, None, 2)], ids=["all", "odd"])
+def test_resamples_in_blocks_are_those_at_once_and_no_block_is_large(half: slice, monkeypatch: pytest.MonkeyPatch):
+    weights = np.zeros((500, 60))
+    weights[:, half] = resample_weights(len(range(60)[half]), seed=3, resamples=500)
+    resamples = Resamples(60, seed=3, resamples=500, of=half)
+    (whole,) = resamples.blocks()
+    monkeypatch.setattr(resampling, "AT_ONCE", 1000)
+    resampling._counts.cache_clear()
+    blocks = list(resamples.blocks())
+    assert len(blocks) > 30
+    assert max(block.size for block in blocks) <= 1000
+    assert np.array_equal(whole, weights)
+    assert np.array_equal(np.concatenate(blocks), weights)
+    values = np.random.default_rng(1).random((60, 3))
+    found = resampled_means(values, seed=3, resamples=500)
+    np.testing.assert_allclose(found, resample_weights(60, 3, 500) @ values, rtol=1e-12)
+
+
+def test_resamples_of_many_periods_take_an_eighth_of_the_memory_of_their_weights(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(resampling, "AT_ONCE", 200_000)
+    resampling._counts.cache_clear()
+    tracemalloc.start()
+    means = resampled_means(np.ones(20_000), resamples=200)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    resampling._counts.cache_clear()
+    assert means == pytest.approx(1)
+    # A byte a count, and blocks of whole numbers, of weights and of copies of them; all weights would take 32 MB.
+    assert peak < 4e6 + 3.2 * 8 * resampling.AT_ONCE < 10e6

@@ -76,7 +76,7 @@ def test_a_point_prints_its_choices_and_its_result(default_run: Completed, folde
         "world                        torus (size=10)",
         "representation               ad_hoc",
         "exploration                  constant (epsilon=0.1)",
-        "msa                          none (lengths=[] propagation=primitives reward=realised sub_goal=continue)",
+        "msa                          none (lengths=[] propagation=primitives reward=realised sub_goal=continue",
         "reward                       many_rewards (step=-0.1 sub_goal=1.0 final_goal=10.0)",
         "learner                      q_learning (alpha=0.1",
         "task                         goals=3 trials=5 periods=3 max_steps=10000",

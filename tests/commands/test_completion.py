@@ -33,7 +33,7 @@ from rl_design_space.commands.completion import answer, suggestions
         ("rl-design-space watch period=worst exploration=linear exploration.s", {"exploration.start="}),
         ("rl-design-space watch trial=w", {"trial=worst"}),
         ("rl-design-report he", {"heatmap"}),
-        ("rl-design-report table", {"table1", "table2", "table3", "table4"}),
+        ("rl-design-report table", {"table1", "table2", "table3", "table4", "table4_tails"}),
         ("rl-design-report heatmap --r", {"--rows"}),
         ("rl-design-report heatmap --value st", {"steps_after=30"}),
         ("rl-design-report table4 tracking.exp", {"tracking.experiment="}),

@@ -30,8 +30,9 @@ def test_the_starter_files_pass_their_tests(folder: Path):
     for kind in KINDS:
         write_starter(kind, f"my_{kind}", folder / "conf")
     modules = {f"my_{kind}.py" for kind in KINDS} - {"my_study.py"}
+    group = {"actions": "msa"}
     tests = {f"test_{'study_' * (kind == 'study')}my_{kind}.py" for kind in KINDS}
-    assert tree(folder) == modules | tests | {f"conf/{kind}/my_{kind}.yaml" for kind in KINDS}
+    assert tree(folder) == modules | tests | {f"conf/{group.get(kind, kind)}/my_{kind}.yaml" for kind in KINDS}
     # Only the package and pytest are needed.
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "error"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=240)

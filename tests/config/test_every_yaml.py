@@ -17,6 +17,7 @@ from rl_design_space.design import DesignPoint
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import load_study
 from rl_design_space.run.settings import build_settings
+from tests.design.options import overrides_of
 
 FILES = sorted(CONF.rglob("*.yaml"))
 STUDIES = [file.stem for file in FILES if file.parent.name == "study"]
@@ -48,7 +49,7 @@ def test_an_option_composes_and_builds(file: Path, planner: Planner):
     built = build_component(config, group)
     assert type(built) is resolve_name(config[group]._target_)
     if group in {field.name for field in fields(DesignPoint)}:
-        assert getattr(planner([f"{group}={file.stem}"]).point, group) == built
+        assert getattr(planner(overrides_of(group, file.stem)).point, group) == built
     else:
         assert getattr(build_settings(config), group) == built
 

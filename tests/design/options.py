@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import pkgutil
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import is_dataclass, replace
 from itertools import product
 from typing import Any
 
+import yaml
 from pydantic import ValidationError
 
 from rl_design_space import design
@@ -22,6 +24,13 @@ CLASSES = [kind for name in design.__all__ if is_dataclass(kind := getattr(desig
 def names_of(group: str) -> list[str]:
     """Return the options of a choice, by the names of their files."""
     return sorted(file.stem for file in CONF.glob(f"{group}/*.yaml"))
+
+
+def overrides_of(group: str, name: str) -> list[str]:
+    """Return the overrides that choose an option, with a representation that shows what its actions need."""
+    overrides = [f"{group}={name}"]
+    kind = pkgutil.resolve_name(yaml.safe_load((CONF / group / f"{name}.yaml").read_text(encoding="utf-8"))["_target_"])
+    return [*overrides, "representation=direct"] if issubclass(kind, design.SeeingActions) else overrides
 
 
 def variations(component: Any) -> Iterator[Any]:

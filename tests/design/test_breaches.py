@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import count
 
 import numpy as np
 import pytest
 
 from rl_design_space.contracts import check_exploration, check_msa, check_representation, check_reward, check_world
-from rl_design_space.design import AdHoc, Constant, Distance, GoalReward, MultiStepActions, Torus
+from rl_design_space.design import (
+    WAIT,
+    AdHoc,
+    Constant,
+    Controllers,
+    Distance,
+    GoalReward,
+    MultiStepActions,
+    SeeingActions,
+    Torus,
+)
 from tests.misfits import misfit
 
 calls = count()
@@ -82,6 +93,26 @@ class NoValue(NoDataclass):
 
 torus, float_codes, next_cell = Torus(size=3), np.zeros((2, 3)), Torus(size=3).next_cell()
 NAN = float("nan")
+
+
+class Peeping(SeeingActions):
+    """Actions that go where the next goal is, although the observation does not show it."""
+
+    names = ("peeping", "waiting")
+
+    def behaviour(self, world, representation, goals, codes):
+        x, _ = world.offset(goals)
+        found = super().behaviour(world, representation, goals, codes)
+        found.steps[4] = np.where(x > 0, 0, 1)
+        return found
+
+    def moves(self, sight):
+        return np.full((2, *sight.counter.shape), WAIT, dtype=np.int8)
+
+
+def acts(**members: object) -> object:
+    return misfit(Peeping(), behaviour=SeeingActions.behaviour, **members)
+
 
 BROKEN = {
     "a class": (check_exploration, Constant, "must be built"),
@@ -239,6 +270,32 @@ BROKEN = {
     "lengths: too few": (check_msa, lengths(1, 2), r"should give int32 of shape \(3,\), not"),
     "lengths: no primitive actions": (check_msa, lengths(2, 1, 3), "should begin with 1"),
     "lengths: no step": (check_msa, lengths(1, 0, 3), "all from 1 to 1000000; it gives 0 to 3"),
+    "actions: more than is seen": (check_msa, Peeping(), "must be the same at equal observations"),
+    "actions: a step that does not exist": (
+        check_msa,
+        acts(moves=lambda self, sight: np.full((2, *sight.counter.shape), 5, dtype=np.int8)),
+        "all from 0 to 4; it gives 0 to 5",
+    ),
+    "actions: one for two names": (
+        check_msa,
+        acts(moves=lambda self, sight: np.zeros((1, *sight.counter.shape), dtype=np.int8)),
+        r"msa: .*moves\(\) should give int8 of shape \(2, 2, 3, 1, 16\), not int8 of shape \(1, 2, 3, 1, 16\)",
+    ),
+    "actions: steps by chance": (
+        check_msa,
+        acts(moves=lambda self, sight: np.full((2, *sight.counter.shape), next(calls) % 4, dtype=np.int8)),
+        "must return the same values at every call|must equal that of one at a time",
+    ),
+    "actions: a limit too few": (
+        check_msa,
+        acts(limits=lambda self: np.ones(5, dtype=np.int32)),
+        r"limits\(\) should give int32 of shape \(6,\), not int32 of shape \(5,\)",
+    ),
+    "actions: nothing shown": (
+        partial(check_msa, representations=[Distance()]),
+        Controllers(),
+        "must fit a representation: no one shows what its actions need",
+    ),
     "lengths: twice": (check_msa, lengths(1, 3, 3), "should begin with 1 and hold every length once"),
 }
 

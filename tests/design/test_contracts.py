@@ -21,6 +21,7 @@ from rl_design_space.contracts import (
     check_world,
 )
 from rl_design_space.design import (
+    Controllers,
     Direction,
     Distance,
     Exponential,
@@ -32,7 +33,7 @@ from rl_design_space.design import (
 )
 from rl_design_space.plan.planner import Planner
 from tests.command_runner import PATIENCE, python
-from tests.design.options import names_of, variations
+from tests.design.options import names_of, overrides_of, variations
 from tests.misfits import misfit
 
 ROOT = Path(__file__).parents[2]
@@ -53,12 +54,14 @@ UNUSUAL = [
     (check_world, misfit(Walled(size=3), open_cells=lambda self: np.array([0, 1, 3], dtype=np.int32))),
     (check_exploration, Exponential(start=0.01, l=0.5)),
     (check_msa, MultiStepActions(lengths=(5, 2, 3))),
+    (check_msa, MultiStepActions(lengths=(4,), until="observation_changes")),
+    (check_msa, Controllers(controllers=("back_to_sub_goal", "along_wall"), primitives=False)),
 ]
 
 
 @pytest.mark.parametrize(("group", "name"), SHIPPED)
 def test_a_shipped_option_keeps_its_contract(group: str, name: str, planner: Planner):
-    option = getattr(planner([f"{group}={name}"]).point, group)
+    option = getattr(planner(overrides_of(group, name)).point, group)
     CHECKS[group](option)
     for variation in variations(option):
         CHECKS[group](variation)

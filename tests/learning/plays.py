@@ -9,10 +9,10 @@ import numpy as np
 from rl_design_space.design import DesignPoint
 from rl_design_space.learning.behaviour import COIN_SIDES
 from rl_design_space.learning.kernel import Rules, learn
-from rl_design_space.learning.lanes import empty_lanes
+from rl_design_space.learning.lanes import empty_lanes, row_width
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.streams import behaviour_states
-from rl_design_space.learning.tables import learning_tables, observation_codes
+from rl_design_space.learning.tables import action_table, learning_tables, observation_codes
 
 #: The learner of a test that says nothing else of it: a Q-value becomes its undiscounted target.
 PLAIN = Rules(
@@ -29,6 +29,7 @@ PLAIN = Rules(
     printed_msa_reward=False,
     stop_at_sub_goal=False,
     propagated_lengths=0,
+    consistent=False,
     max_steps=1000,
 )
 
@@ -64,7 +65,7 @@ def play(
         observation = np.arange(n_goals * cells).reshape(n_goals, cells)
     codes = np.asarray(observation, dtype=np.int64)[np.newaxis]
     threshold = np.full(trials, round(epsilon * COIN_SIDES), dtype=np.uint64)
-    return _learn(next_cell, codes, layout, threshold, lengths, PLAIN._replace(**rules), state)
+    return _learn(next_cell, codes, layout, threshold, np.repeat(lengths, 4).tolist(), PLAIN._replace(**rules), state)
 
 
 def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
@@ -72,23 +73,25 @@ def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
     layout = layouts_of(point)[period]
     codes = observation_codes(point, layout[np.newaxis, 1:])
     tables = learning_tables(point)
+    table = action_table(point, layout[np.newaxis, 1:], codes)
     state = behaviour_states(point.seed, point.task.periods)[period]
-    played = _learn(tables.next_cell, codes, layout, tables.threshold, tables.lengths, tables.rules, state)
+    played = _learn(tables.next_cell, codes, layout, tables.threshold, tables.limits, tables.rules, state, table)
     return played, np.unique(codes)
 
 
-def _learn(next_cell, codes, layout, threshold, lengths, rules, state) -> Play:
+def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None) -> Play:
     # Read-only as in a simulation: the kernel would be compiled again for other types.
     generator, layout = np.array([state], dtype=np.uint64), np.array([layout], dtype=np.int32)
     generator.setflags(write=False)
     layout.setflags(write=False)
-    n_actions = 4 * len(lengths)
-    lanes = empty_lanes(1, codes.size, lengths)
+    limits = tuple(limits)
+    lanes = empty_lanes(1, codes.size, limits, tabulated=table is not None)
     steps = np.empty((1, len(threshold)), dtype=np.int32)
     success = np.empty((1, len(threshold)), dtype=np.bool_)
     rows = np.empty((1, 2), dtype=np.int32)
-    learn(next_cell, lengths, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows)
+    learn(next_cell, limits, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows, table)
     # The learner numbers rows as their codes occur; here they go by the codes' values.
     _, occurs = np.unique(codes, return_index=True)
     row_of = np.argsort(np.argsort(occurs))
-    return Play(steps[0].tolist(), success[0].tolist(), lanes.q.reshape(-1, n_actions)[row_of])
+    q = lanes.q.reshape(-1, row_width(len(limits)))[row_of, : len(limits)]
+    return Play(steps[0].tolist(), success[0].tolist(), np.ascontiguousarray(q))

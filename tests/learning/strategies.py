@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from rl_design_space.design import (
+    ActionSet,
     AdHoc,
     Constant,
     DesignPoint,
@@ -28,6 +29,7 @@ from rl_design_space.design import (
     Walled,
 )
 from rl_design_space.learning import LearningCurves
+from tests.learning.scrambled import ScrambledActions
 
 probabilities = st.floats(0, 1)
 observed_goals = st.sampled_from(["all", "remaining"])
@@ -58,6 +60,26 @@ multi_step_actions = st.builds(
     sub_goal=st.sampled_from(["continue", "stop"]),
 )
 
+#: With four actions beside the primitive ones, as sets that are scrambled.
+seeing_multi_step_actions = st.builds(
+    MultiStepActions,
+    lengths=st.integers(2, 6).map(lambda length: (length,)),
+    propagation=st.sampled_from(["primitives", "all_shorter", "consistent", "none"]),
+    reward=st.sampled_from(["realised", "printed"]),
+    sub_goal=st.sampled_from(["continue", "stop"]),
+    until=st.sampled_from(["length", "observation_changes", "due_goal_observation_changes"]),
+)
+#: Six actions, which take up eight values in a row of the Q-matrix.
+scrambled_actions = st.builds(
+    ScrambledActions,
+    salt=st.integers(0, 2**32),
+    own=st.sampled_from([2, 6]),
+    limit=st.integers(1, 6),
+    propagation=st.sampled_from(["primitives", "consistent", "none"]),
+    reward=st.sampled_from(["realised", "printed"]),
+    sub_goal=st.sampled_from(["continue", "stop"]),
+)
+
 amounts = st.floats(-10, 10)
 many_rewards, each_success, end_reward = GoalReward(), GoalReward(step=0.0), GoalReward(step=0.0, sub_goal=0.0)
 rewards = st.sampled_from([many_rewards, each_success, end_reward]) | st.builds(
@@ -77,7 +99,7 @@ learners = st.builds(
 
 
 @st.composite
-def points(draw: st.DrawFn) -> DesignPoint:
+def points(draw: st.DrawFn, actions: st.SearchStrategy[ActionSet] = multi_step_actions) -> DesignPoint:
     """Draw any combination of options and readings; the step cap is often met, also within a multi-step action."""
     world = draw(worlds)
     width, height = world.shape
@@ -94,10 +116,13 @@ def points(draw: st.DrawFn) -> DesignPoint:
         world=world,
         representation=draw(representations),
         exploration=draw(explorations),
-        msa=draw(multi_step_actions),
+        msa=draw(actions),
         reward=draw(rewards),
         learner=draw(learners),
     )
+
+
+tabulated_points = points(seeing_multi_step_actions | scrambled_actions)
 
 
 @st.composite

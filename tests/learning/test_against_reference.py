@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -52,15 +52,27 @@ def test_the_reference_draws_the_published_words_of_xoshiro256pp():
     assert words == [41943041, 58720359, 3588806011781223, 3591011842654386, 9228616714210784205]
 
 
-@settings(deadline=None, max_examples=500)
+@settings(deadline=None, max_examples=400)
 @given(point=strategies.points())
 def test_steps_and_success_of_all_periods_agree(point: DesignPoint):
     assert_same_curves(point)
 
 
-@settings(deadline=None, max_examples=500)
+@settings(deadline=None, max_examples=400)
 @given(point=strategies.points())
 def test_the_q_matrix_agrees_bit_for_bit(point: DesignPoint):
+    assert_same_q_matrix(point)
+
+
+@settings(deadline=None, max_examples=60)
+@given(point=strategies.tabulated_points)
+def test_steps_and_success_of_actions_that_follow_a_table_agree(point: DesignPoint):
+    assert_same_curves(point)
+
+
+@settings(deadline=None, max_examples=60)
+@given(point=strategies.tabulated_points)
+def test_the_q_matrix_of_actions_that_follow_a_table_agrees_bit_for_bit(point: DesignPoint):
     assert_same_q_matrix(point)
 
 
@@ -90,6 +102,27 @@ EXAMPLES = {
     ),
     "capped": replace(DEFAULT, task=Task(periods=3, goals=2, max_steps=17), world=Torus(size=(6, 9))),
 }
+
+
+@dataclass(frozen=True, kw_only=True)
+class InATable(MultiStepActions):
+    """Multi-step actions that are learned by the general form."""
+
+    @property
+    def repeats(self) -> bool:
+        return False
+
+
+@pytest.mark.parametrize("propagation", ["none", "primitives", "all_shorter"])
+@pytest.mark.parametrize("reward", ["realised", "printed"])
+def test_multi_step_actions_are_a_special_case_of_a_table(propagation: str, reward: str):
+    readings = {"lengths": (3,), "propagation": propagation, "reward": reward}
+    special = replace(DEFAULT, representation=Direction(), msa=MultiStepActions(**readings))
+    general = replace(special, msa=InATable(**readings))
+    (one, codes), (other, again) = play_period(special, 0), play_period(general, 0)
+    assert codes.tolist() == again.tolist()
+    assert one.q.tobytes() == other.q.tobytes()
+    assert one.steps == other.steps
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -7,7 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rl_design_space.design import MOVES, DesignPoint, Direction, Linear, MultiStepActions, Task, Torus, Walled
+from rl_design_space.design import (
+    Controllers,
+    DesignPoint,
+    Direction,
+    Linear,
+    MultiStepActions,
+    QLearning,
+    Task,
+    Torus,
+    Walled,
+    cell_count,
+)
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.learning.replay import Replay, Replayer, available_memory
@@ -21,7 +32,9 @@ POINT = DesignPoint(
     exploration=Linear(k=0.05),
 )
 WITH_ACTIONS = replace(POINT, world=Walled(size=(7, 5)), msa=MultiStepActions(lengths=(3,)))
-POINTS = {"primitive": POINT, "multi_step": WITH_ACTIONS}
+#: Six actions, as the other tests of tables have.
+THAT_SEE = replace(POINT, msa=Controllers(propagation="consistent"), learner=QLearning(explore="all"))
+POINTS = {"primitive": POINT, "multi_step": WITH_ACTIONS, "controllers": THAT_SEE}
 
 
 @pytest.fixture(params=POINTS, name="point")
@@ -43,13 +56,14 @@ def test_what_is_kept_does_not_change_the_curves(point: DesignPoint):
 
 def test_paths_obey_the_world_and_visits_count_them(point: DesignPoint):
     inside = Replayer(point)(4)
-    next_cell = point.world.next_cell()
+    next_cell = np.vstack([point.world.next_cell(), np.arange(cell_count(point.world))])
     goals = (*inside.goals, -1)
     visits = np.zeros_like(inside.visits)
     for path, steps, success in zip(inside.paths, inside.steps, inside.success, strict=True):
         assert len(path.actions) == len(path.explored) == len(path.cells) - 1 == steps
         assert (path.cells[0], path.counters[0]) == (inside.start, 0)
-        np.testing.assert_array_equal(path.cells[1:], next_cell[path.actions % len(MOVES), path.cells[:-1]])
+        made = inside.made[path.actions, path.counters[:-1], path.cells[:-1]]
+        np.testing.assert_array_equal(path.cells[1:], next_cell[made, path.cells[:-1]])
         due = np.take(goals, path.counters[:-1])
         np.testing.assert_array_equal(np.diff(path.counters), path.cells[1:] == due)
         assert success == (path.counters[-1] == point.task.goals)

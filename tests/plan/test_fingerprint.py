@@ -16,9 +16,11 @@ from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Stage,
 from rl_design_space.design.identity import absent_as
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
+from rl_design_space.plan.describe import parameters, resolved_config
 from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.plan.planner import Planner
 from tests.command_runner import python
+from tests.design.options import overrides_of
 
 #: Kernel version, and the fingerprint of the default point under it.
 GOLDEN = (1, "ef0d1761b43fe76c45d030a54f963b74837b5aa94e15676d7908dce9238e27a5")
@@ -116,12 +118,14 @@ def another_value(value: Any, kind: Any) -> Any:
             return choices[0]
         case str():
             return f"{value}_also"
+        case bool():
+            return not value
         case int():
             return value + 1
         case float():
             return value / 2 if value else 0.5
         case tuple():
-            return (*value, 7)
+            return value[:-1] if value and isinstance(value[0], str) else (*value, 7)
     raise AssertionError(f"say here what another value than {value!r} is")
 
 
@@ -138,7 +142,7 @@ OPTIONS = [(group, file.stem) for group in OPTION_GROUPS for file in sorted((CON
 
 @pytest.mark.parametrize(("group", "option"), OPTIONS)
 def test_every_field_of_an_option_changes_the_fingerprint(group: str, option: str, planner: Planner):
-    point = planner([f"{group}={option}"]).point
+    point = planner(overrides_of(group, option)).point
     found = {"as it is": fingerprint(point)}
     for name, component in changed(getattr(point, group)):
         found[name] = fingerprint(replace(point, **{group: component}))
@@ -157,7 +161,7 @@ def test_every_field_of_a_point_changes_the_fingerprint():
 
 @pytest.mark.parametrize("group", OPTION_GROUPS)
 def test_options_of_a_group_have_different_fingerprints(group: str, of: Of):
-    found = {option: of(f"{group}={option}") for kind, option in OPTIONS if kind == group}
+    found = {option: of(*overrides_of(group, option)) for kind, option in OPTIONS if kind == group}
     assert len(set(found.values())) == len(found)
 
 
@@ -274,3 +278,15 @@ def test_a_later_default_does_not_change_the_value_that_stands_for_absence():
     windy = grown(wind=field(default=0.5, metadata=absent_as(0.0)))
     assert of_world(windy(size=7, wind=0.0)) == of_world(Torus(size=7))
     assert of_world(windy(size=7)) != of_world(Torus(size=7))
+
+
+def test_a_field_that_is_not_listed_appears_once_it_has_another_value():
+    point = DesignPoint()
+    listed = set(parameters(point)) | set(resolved_config(point)["task"])
+    assert not any("precis" in name or "at_most" in name for name in listed)
+    asking = replace(point, task=replace(point.task, precision=0.02))
+    assert parameters(asking)["task.precision"] == resolved_config(asking)["task"]["precision"] == 0.02
+    assert "task.precision_of" not in parameters(asking)
+    # An option of the user's shows its fields as ever.
+    world = grown(wind=field(default=0.0, metadata=absent_as(0.0)))(size=7)
+    assert parameters(replace(point, world=world))["world.wind"] == 0.0

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from pydantic.dataclasses import dataclass
 
-from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.bounds import Bounds, stacked
 from rl_design_space.analysis.parts.claimed_best import ClaimedBest
 from rl_design_space.analysis.parts.data import Data
-from rl_design_space.analysis.parts.measured import Measure, at_the_edge, measured, weightings
+from rl_design_space.analysis.parts.measured import Measure, Weights, at_the_edge, measured, weightings
 from rl_design_space.analysis.parts.ranged import Choice, Ranged, Text
 from rl_design_space.analysis.tested import Severity, Tested, every_in_range, interval
 from rl_design_space.learning.result import LearningCurves
@@ -87,10 +86,9 @@ class AllOver(Ranged):
 
     def test(self, data: Data) -> Tested:
         points, to = data.by(self.among, self.parameter), data.one(self.to)
-        value, samples = (
-            ones.over(measured(self.measure, to, weights))
-            for ones, weights in zip(_of_grid(self.measure, points), weightings(to), strict=True)
-        )
+        (ones, resampled), (plain, resamples) = _of_grid(self.measure, points), weightings(to)
+        value = ones.over(measured(self.measure, to, plain))
+        samples = resampled.over(measured(self.measure, to, resamples))
         tested, decisive = every_in_range(self.what, value, samples, *self.range)
         shown = () if self.parameter == "fingerprint" else (f"decided by {self.parameter} = {list(points)[decisive]}",)
         return replace(tested, remarks=shown)
@@ -128,7 +126,7 @@ def _of_grid(name: str, points: Mapping[Any, LearningCurves]) -> tuple[Bounds, B
     return _rows(name, points, plain), _rows(name, points, resampled)
 
 
-def _rows(name: str, points: Mapping[Any, LearningCurves], weights: FloatArray) -> Bounds:
+def _rows(name: str, points: Mapping[Any, LearningCurves], weights: Weights) -> Bounds:
     return stacked([measured(name, each, weights) for each in points.values()])
 
 

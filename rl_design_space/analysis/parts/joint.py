@@ -16,7 +16,7 @@ from rl_design_space.analysis.bounds import Bounds, stacked
 from rl_design_space.analysis.parts.data import Data
 from rl_design_space.analysis.parts.measured import Measure, measured, weightings
 from rl_design_space.analysis.parts.ranged import Choice, Ranged
-from rl_design_space.analysis.statistics import resample_weights
+from rl_design_space.analysis.statistics import Resamples
 from rl_design_space.analysis.tested import Tested
 from rl_design_space.learning.result import LearningCurves
 
@@ -65,7 +65,7 @@ class JointRatio(Ranged):
         plain, resampled = weightings(one)
         to_plain, to_resampled = plain, resampled
         if (periods := len(other.steps)) != len(one.steps):
-            to_plain, to_resampled = weightings(other)[0], resample_weights(periods, seed=1)
+            to_plain, to_resampled = weightings(other)[0], Resamples(periods, seed=1)
         return (
             measured(self.measure, one, plain).over(measured(self.measure, other, to_plain)),
             measured(self.measure, one, resampled).over(measured(self.measure, other, to_resampled)),

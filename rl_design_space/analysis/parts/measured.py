@@ -14,13 +14,14 @@ from pydantic import AfterValidator
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.bounds import Bounds
 from rl_design_space.analysis.censoring import Censored
-from rl_design_space.analysis.statistics import resample_weights, share_estimate
+from rl_design_space.analysis.statistics import Resamples, share_estimate
 from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measure_spec import parsed
 from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
 
+_NOTHING = Censored(np.zeros(0), np.zeros(0, bool), np.zeros(0, bool))
 EVEN, ODD = slice(0, None, 2), slice(1, None, 2)
 
 
@@ -35,7 +36,11 @@ Measure: TypeAlias = MeasureName
 Cost = Annotated[MeasureName, AfterValidator(_smallest_is_best)]
 
 
-def measured(name: str, recorded: LearningCurves, weights: FloatArray) -> Bounds:
+#: Weightings of periods: (weightings, periods), or resamples.
+Weights: TypeAlias = FloatArray | Resamples
+
+
+def measured(name: str, recorded: LearningCurves, weights: Weights) -> Bounds:
     """Return a measure of a point under each weighting of the periods.
 
     Raises:
@@ -49,7 +54,9 @@ def measured(name: str, recorded: LearningCurves, weights: FloatArray) -> Bounds
         )
     if not has_trials(name, recorded):
         raise LookupError(f"{name}: there are only {recorded.steps.shape[1]} trials")
-    found = Censored.of(measure(name), recorded, weights)
+    blocks = weights.blocks() if isinstance(weights, Resamples) else [weights]
+    each = [Censored.of(measure(name), recorded, block) for block in blocks] or [_NOTHING]
+    found = each[0] if len(each) == 1 else Censored.joined(each)
     samples = found.values
     return Bounds(samples, np.where(found.at_least, np.inf, samples) if found.at_least.any() else samples)
 
@@ -75,16 +82,10 @@ def value(name: str, recorded: LearningCurves, half: slice = slice(None)) -> flo
     return float(measured(name, recorded, equal(len(recorded.steps), half)).low[0])
 
 
-def weightings(recorded: LearningCurves, half: slice | None = None) -> tuple[FloatArray, FloatArray]:
-    """Return equal weights of the periods, and weights of resamples; 0 outside of `half` if it is given."""
+def weightings(recorded: LearningCurves, half: slice = slice(None)) -> tuple[FloatArray, Resamples]:
+    """Return equal weights of the periods, and resamples of them; 0 outside of `half`."""
     periods = len(recorded.steps)
-    if half is None:
-        return equal(periods, slice(None)), resample_weights(periods)
-    chosen = np.arange(periods)[half]
-    resampled = np.zeros((0, 0)) if not len(chosen) else resample_weights(len(chosen))
-    weights = np.zeros((len(resampled), periods))
-    weights[:, chosen] = resampled
-    return equal(periods, half), weights
+    return equal(periods, half), Resamples(periods, of=half)
 
 
 def equal(periods: int, half: slice) -> FloatArray:

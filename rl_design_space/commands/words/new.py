@@ -16,6 +16,8 @@ from rl_design_space.errors import ConfigError
 _TEMPLATES = Path(__file__).parent / "templates"
 #: Config groups for which there are templates.
 KINDS = tuple(sorted(path.name.partition(".")[0] for path in _TEMPLATES.glob("*.yaml.jinja")))
+#: Config groups of kinds that are not named like them.
+_GROUPS = {"actions": "msa"}
 #: The config folder if none is given.
 _DEFAULT_FOLDER = "conf"
 
@@ -60,9 +62,10 @@ def write_starter(kind: str, name: str, folder: Path) -> list[Path]:
         raise ConfigError.unknown("kind", kind, KINDS)
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
         raise ConfigError.at("NAME", name, "should be the name of a Python module in lower case, e.g. rings")
-    if (CONF / kind / f"{name}.yaml").is_file():
+    group = _GROUPS.get(kind, kind)
+    if (CONF / group / f"{name}.yaml").is_file():
         raise ConfigError.at(
-            "NAME", name, f"a shipped {kind} has this name, and yours would shadow it; choose another name"
+            "NAME", name, f"a shipped {group} has this name, and yours would shadow it; choose another name"
         )
     texts = _texts(kind, name, folder)
     if existing := [user_config.shown(path) for path in texts if path.exists()]:
@@ -81,8 +84,10 @@ def _texts(kind: str, name: str, folder: Path) -> dict[Path, str]:
 
     # The templates are Python and YAML, so nothing is escaped.
     templates = Environment(loader=FileSystemLoader(_TEMPLATES), undefined=StrictUndefined, keep_trailing_newline=True)
-    words = {"kind": kind, "name": name, "class": _class_name(name), "conf": folder.name}
-    files = {folder / kind / f"{name}.yaml": f"{kind}.yaml"}
+    group = _GROUPS.get(kind, kind)
+    words = {"kind": group, "name": name, "class": _class_name(name), "conf": folder.name}
+    words["needs"] = ', "representation=direction"' if kind == "actions" else ""
+    files = {folder / group / f"{name}.yaml": f"{kind}.yaml"}
     if kind == "study":
         files[_test(kind, name, folder)] = "test_study.py"
     else:
@@ -106,4 +111,5 @@ def _commands(kind: str, name: str, folder: Path) -> list[str]:
     tests.append(f"python -m pytest {user_config.shown(_test(kind, name, folder))}")
     if kind == "study":
         return [*tests, f"{run} study={name} plan=true", f"{run} study={name}", f"rl-design-report {flags} {name}"]
-    return [*tests, f"{run} {kind}={name} task.periods=50"]
+    needs = " representation=direction" if kind == "actions" else ""
+    return [*tests, f"{run} {_GROUPS.get(kind, kind)}={name}{needs} task.periods=50"]

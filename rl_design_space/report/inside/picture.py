@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.snapshot import Snapshot, edges_of
-from rl_design_space.design import MOVES
+from rl_design_space.design import MOVES, WAIT
 from rl_design_space.learning.replay import Replay
 from rl_design_space.report.inside.grid import Grid
 from rl_design_space.report.style import VERMILION, styled, write_in_full
@@ -32,7 +32,7 @@ _LIGHT = (0.14, 0.86)
 VALUES = LinearSegmentedColormap.from_list("values", colormaps["RdBu"](np.linspace(*_LIGHT, 256)))
 _VISITS = LinearSegmentedColormap.from_list("visits", colormaps["Purples"](np.linspace(0.04, 0.7, 256)))
 _UNKNOWN = "0.93"
-#: Colours of arrows, by the number of the action length: primitive actions, then multi-step actions.
+#: Colours of arrows, by the kind of action: primitive actions first.
 _ARROWS = ("0.1", "#7a0177", "#005a32", "#7f2704")
 
 
@@ -49,6 +49,7 @@ class Picture:
     @styled()
     def __init__(self, inside: Replay, first: Snapshot, title: str, scale: tuple[Snapshot, ...] = ()) -> None:
         self._inside, self._grid, self._title = inside, Grid(inside.point), title
+        self._kinds = list(dict.fromkeys(inside.point.msa.labels))
         goals = len(inside.goals)
         self._across = min(goals, _ACROSS)
         blocks = -(-goals // self._across)
@@ -122,12 +123,14 @@ class Picture:
         greedy = snapshot.greedy[goal]
         drawn = snapshot.learned[goal] & self._grid.is_open & ~greedy.all(axis=1)
         drawn[self._inside.goals[goal]] = False  # no action is chosen there: the next counter begins
-        cells, actions = np.nonzero(greedy & drawn[:, np.newaxis])
+        # An action that waits has no direction.
+        goes = self._inside.made[:, goal].T != WAIT
+        cells, actions = np.nonzero(greedy & goes & drawn[:, np.newaxis])
         if not cells.size:
             return
         alone = greedy.sum(axis=1)[cells] == 1
-        ways = np.array(MOVES, dtype=np.float64)[actions % len(MOVES)]
-        kinds = actions // len(MOVES)
+        ways = np.array(MOVES, dtype=np.float64)[self._inside.made[actions, goal, cells]]
+        kinds = np.array([self._kinds.index(label) for label in self._inside.point.msa.labels])[actions]
         places = self._grid.at(cells.astype(np.int32))
         # A single action in the middle of its cell; equal ones from the middle outwards.
         tails = places - np.where(alone[:, np.newaxis], 0.36 * ways, 0)
@@ -155,15 +158,14 @@ class Picture:
         self._moving.append(axis.add_collection(path))
 
     def _legend(self) -> None:
-        lengths = (1, *self._inside.point.msa.lengths)
         handles: list[Any] = [
             Line2D([], [], color=VERMILION, linewidth=2, label="path of this trial, wider where it went more often"),
             Line2D([], [], marker="s", color=_UNKNOWN, markeredgecolor="0.6", linestyle="none", label="never learned"),
         ]
-        if len(lengths) > 1:
+        if len(self._kinds) > 1:
             handles += [
-                Line2D([], [], color=_ARROWS[kind % len(_ARROWS)], marker=">", markersize=4, label=_counted(length))
-                for kind, length in enumerate(lengths)
+                Line2D([], [], color=_ARROWS[kind % len(_ARROWS)], marker=">", markersize=4, label=label)
+                for kind, label in enumerate(self._kinds)
             ]
         if any(len(np.unique(row)) < len(row) for row in self._inside.row):
             handles.append(Line2D([], [], color="0.25", linewidth=0.8, label="border between observations"))
@@ -187,7 +189,3 @@ def told(inside: Replay, snapshot: Snapshot) -> str:
         end = f"failed after {snapshot.steps:,} steps, {reached} of {len(inside.goals)} goals reached"
     explored = float(snapshot.path.explored.mean())
     return f"after trial {snapshot.trial}: {end}; {explored:.0%} of the steps exploratory"
-
-
-def _counted(length: int) -> str:
-    return f"action of {length} step{'' if length == 1 else 's'}"

@@ -1,0 +1,63 @@
+"""Baselines of learning curves: the optimum, the best memoryless policy, and a random walk."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from rl_design_space.analysis.learning_curves import random_walk_steps
+from rl_design_space.learning.layouts import layouts_of
+from rl_design_space.learning.memoryless import memoryless_steps
+from rl_design_space.learning.result import LearningCurves
+from rl_design_space.report.points import Point
+
+#: Ratio to the optimum from which on the best memoryless policy is a baseline of its own.
+MORE = 1.001
+
+
+def levels(seeds: Sequence[Point], result: LearningCurves | None) -> dict[str, float]:
+    """Return the steps of a trial of the best policy, and of a random walk, on the layouts of a result."""
+    if result is None:
+        return {"optimum": float("nan"), "random_walk": float("nan")}
+    layouts = np.concatenate([layouts_of(point.planned.point) for point in seeds])
+    walk = random_walk_steps(result.point.world, layouts)
+    return {"optimum": float(result.optimum.mean()), "random_walk": walk}
+
+
+def memoryless_level(seeds: Sequence[Point], known: dict[str, float]) -> float:
+    """Return the steps of a trial of the best memoryless policy, mean over layouts; NaN if one of them is not known.
+
+    Args:
+        seeds: points of one design.
+        known: earlier results, to which this one is added; most lines share their layouts and observations.
+    """
+    points = [point.planned.point for point in seeds]
+    key = repr([(each.world, each.representation, each.msa, each.task, each.seed) for each in points])
+    if key not in known:
+        known[key] = float(np.mean(np.concatenate([memoryless_steps(each, layouts_of(each)) for each in points])))
+    return known[key]
+
+
+def above_optimum(lines: pd.DataFrame, panels: pd.DataFrame) -> pd.DataFrame:
+    """Return the lines whose best memoryless policy needs more steps than the optimum.
+
+    Args:
+        lines: panel, line, memoryless.
+        panels: panel, optimum.
+    """
+    both = lines.merge(panels[["panel", "optimum"]], on="panel")
+    return both[both["memoryless"] > MORE * both["optimum"]]
+
+
+def told_of_memoryless(lines: pd.DataFrame, panels: pd.DataFrame) -> list[str]:
+    """Return what is known of the best memoryless policies, see `above_optimum`; nothing if nothing is known."""
+    if lines["memoryless"].isna().all():
+        return []
+    about = "Best memoryless policy, one action for each observation:"
+    above = above_optimum(lines, panels)
+    if not len(above):
+        return [f"{about} where it is known, it needs as few steps as the optimum, so these designs can express that."]
+    needs = (f"{line['memoryless'] / line['optimum']:.2f} ({line['line']})" for line in above.to_dict("records"))
+    return [f"{about} its steps over those of the optimum are {', '.join(dict.fromkeys(needs))}."]
