@@ -27,6 +27,8 @@ from rl_design_space.design import (
     ZeroShot,
     stages_of,
 )
+from rl_design_space.environment import OrderedGoals
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning import LearningCurves, simulate, stages
 from rl_design_space.learning.stage_layouts import stage_layouts
 from tests import reference_stages
@@ -167,6 +169,27 @@ def test_a_carry_rule_that_breaks_its_contract_is_refused(rule, message):
     point = replace(POINT, curriculum=Stages(stages=(Stage(), Stage(carry=rule))))
     with pytest.raises(ValueError, match=message):
         simulate(point, threads=1)
+
+
+def test_more_periods_extend_a_result_and_a_precision_is_reached():
+    point = replace(POINT, curriculum=NewGoals(layouts=3), representation=Distance())
+    fewer = replace(point, task=replace(point.task, periods=11))
+    whole, begun = simulate(point, threads=1), simulate(fewer, threads=1)
+    extended = simulate(point, threads=2, begun=begun)
+    np.testing.assert_array_equal(extended.steps, whole.steps)
+    for one, other in zip(extended.stages, whole.stages, strict=True):
+        assert all(np.array_equal(*pair) for pair in zip(one, other, strict=True))
+    np.testing.assert_array_equal(simulate(fewer, begun=whole).stages[2].carried, begun.stages[2].carried)
+    precise = simulate(replace(point, task=replace(point.task, precision=0.5)))
+    assert {len(stage.optimum) for stage in precise.stages} == {len(precise.steps)}
+
+
+def test_what_knows_one_stage_only_refuses_several():
+    point = replace(POINT, curriculum=NewGoals())
+    with pytest.raises(ConfigError, match="only periods of one stage can be learned again to look inside"):
+        simulate(point, keep=["q"])
+    with pytest.raises(ConfigError, match="an environment is one stage"):
+        OrderedGoals(point)
 
 
 def test_a_result_knows_its_stages():
