@@ -74,6 +74,16 @@ class Tab:
         """What the page says."""
         return str(self.evaluate("document.body.innerText"))
 
+    def click(self, x: float, y: float) -> None:
+        """Click with the mouse on a place of the page, in pixels."""
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def press(self, key: str, code: int) -> None:
+        """Press a key, such as Enter, which has the code 13."""
+        for kind in ("rawKeyDown", "char", "keyUp"):
+            self._call("Input.dispatchKeyEvent", type=kind, key=key, windowsVirtualKeyCode=code, text=chr(code))
+
     def photograph(self, picture: Path) -> None:
         """Write what can be seen of the page, as PNG."""
         picture.write_bytes(base64.b64decode(self._call("Page.captureScreenshot", format="png")["data"]))

@@ -219,7 +219,7 @@ def test_the_script_that_installs_every_extra_knows_all_of_them():
     script = (ROOT / ".ci" / "extras").read_text(encoding="utf-8")
     assert f"all=({' '.join(name for name in EXTRAS if name not in DEVELOPMENT)})" in script
     done = subprocess.run([ROOT / ".ci" / "extras", "nothing"], capture_output=True, text=True, timeout=PATIENCE)
-    told = "error: nothing: no such extra (there is dask ray optuna gym postgres server)\n"
+    told = "error: nothing: no such extra (there is dask ray optuna gym explore postgres server)\n"
     assert (done.returncode, done.stderr) == (2, told)
 
 

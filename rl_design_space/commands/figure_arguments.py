@@ -23,10 +23,13 @@ WORDS = {
     "interactions": "the effect of one choice at each value of another",
     "profile": "in how many layouts each design is how near the optimum",
     "failures": "how the failed trials of heavy tails end, and whether the representation could do better",
+    "explore": "any runs as a page, in which rows, columns, values and filters are chosen",
 }
 #: Words that take --given, and words whose files have their name.
 BY_WORD = ("importance", "best", "interactions", "profile")
-NAMED = (*BY_WORD, "failures")
+NAMED = (*BY_WORD, "failures", "explore")
+#: Files that words write.
+_FILES, _USUAL_FILES = {"explore": "one HTML file that needs no network"}, "PNG, SVG, CSV and Markdown"
 _SCALE = (
     "what a period counts as: log_over_optimum, over_optimum, log_steps, or a measure such as steps_after=30 "
     "(default: %(default)s)"
@@ -61,7 +64,7 @@ def _parser(word: str) -> argparse.ArgumentParser:
         prog=f"rl-design-report {word}",
         # By itself, argparse would name the arguments after --where, which would take them for its own.
         usage=f"%(prog)s {arguments[word]} {options}" if word in arguments else None,
-        description=f"Draw {WORDS[word]}, from recorded runs, into outputs/report: PNG, SVG, CSV and Markdown.",
+        description=f"Draw {WORDS[word]}, from recorded runs, into outputs/report: {_FILES.get(word, _USUAL_FILES)}.",
     )
     if word == "heatmap":
         parser.add_argument("--rows", required=True, metavar="PARAMS", help="of the rows: representation,reward")
@@ -92,6 +95,14 @@ def _parser(word: str) -> argparse.ArgumentParser:
         parser.add_argument("--tail", type=float, default=5.0, help=tail_help)
         most_help = "periods of a tail that are learned again, at most (default: %(default)s)"
         parser.add_argument("--most", type=int, default=100, help=most_help)
+    elif word == "explore":
+        values_help = "measures that are shown beside the scalars: steps_after=30 near_share=1.1"
+        parser.add_argument("--values", nargs="+", action="extend", default=[], metavar="MEASURE", help=values_help)
+        curves_help = "learning curves (default: steps/mean success_rate)"
+        parser.add_argument("--curves", nargs="+", action="extend", default=[], metavar="CURVE", help=curves_help)
+        parser.add_argument(
+            "--ui", default="http://127.0.0.1:5000", help="MLflow's UI, for links (default: %(default)s)"
+        )
     if word in ("importance", "interactions"):
         parser.add_argument("--scale", default="log_over_optimum", help=_SCALE)
     if word in BY_WORD:

@@ -18,7 +18,13 @@ from rl_design_space.errors import ConfigError
 __all__ = ["WORDS", "main"]
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from rl_design_space.report.base import Report
+    from rl_design_space.tracking.read import RunReader
+
+#: The word that writes a page instead of a figure, and the learning curves in it.
+EXPLORE, _CURVES = "explore", ("steps/mean", "success_rate")
 
 #: How to include runs of earlier code.
 _INCLUDING = {"heatmap": "--rows representation.source", "curves": "--by representation.source"}
@@ -48,6 +54,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     from rl_design_space.commands.messages import tell
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.commands.watching import tell_all, tell_numbers, watched
+    from rl_design_space.config.overrides import is_setting
     from rl_design_space.report.parameters import PERIODS
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
@@ -57,11 +64,15 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     if word in BY_WORD:
         chosen.given, more_typed = where_of(chosen.given, "--given")
         also_typed = [*also_typed, *more_typed]
+    if word == EXPLORE:  # settings may follow these flags, as they may follow --where
+        for flag in ("values", "curves"):
+            also_typed += filter(is_setting, getattr(chosen, flag))
+            setattr(chosen, flag, [each for each in getattr(chosen, flag) if not is_setting(each)])
     settings = settings_of([*also_typed, *chosen.overrides])
     folder = report_folder(settings)
     tell_of_unused_variables(settings.tracking)
     reader = settings.tracking.reader()
-    figure = _figure(word, chosen)
+    figure = None if word == EXPLORE else _figure(word, chosen)
     command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])
     of_any_code = any(SOURCE in argument for argument in arguments)
     frame, left_out = reader.select(chosen.study, chosen.filter, where, outdated=of_any_code)
@@ -70,6 +81,8 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         including = _INCLUDING.get(word, _INCLUDING_ELSEWHERE)
         tell(f"{left_out}; to include them, name their code, as in {including}")
         remarks = [f"{left_out.capitalize()}."]
+    if figure is None:
+        return _explore(chosen, frame, reader, folder, command)
     every = any(PERIODS in argument for argument in arguments)
     runs = Runs.of_frame(frame, reader, command, remarks, every=every)
     runs.watch, runs.tell = watched, tell_all
@@ -78,6 +91,30 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     if word not in BY_WORD:  # the others print lines of their own
         tell_numbers(paths)
     return paths
+
+
+def _explore(
+    chosen: argparse.Namespace, frame: pd.DataFrame, reader: RunReader, folder: Path, command: str
+) -> list[Path]:
+    """Write the page that shows any runs."""
+    from rl_design_space.commands.watching import watched
+    from rl_design_space.learning.measures import SCALARS, canonical
+    from rl_design_space.report.explore import write_explorer
+
+    names = [canonical(word) for word in chosen.values]
+    if new := [name for name in names if name not in frame]:
+        frame[new] = reader.measured(frame, new)
+    return write_explorer(
+        frame,
+        reader,
+        folder / f"{chosen.name or EXPLORE}.html",
+        numbers=list(dict.fromkeys([*names, *(name for name in SCALARS if name in frame)])),
+        curves=chosen.curves or list(_CURVES),
+        ui=chosen.ui,
+        title=chosen.title or (f"Runs of {chosen.study}" if chosen.study else "All recorded runs"),
+        made_by=command,
+        watch=watched,
+    )
 
 
 def _figure(word: str, chosen: argparse.Namespace) -> Report:

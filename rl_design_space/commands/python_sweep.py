@@ -27,7 +27,7 @@ from rl_design_space.run.outcome import Outcome
 from rl_design_space.run.runner import missing, run_sweep
 from rl_design_space.run.settings import Settings, settings_of
 from rl_design_space.tracking import MlflowTracking
-from rl_design_space.tracking.tracker import Tracker
+from rl_design_space.tracking.tracker import Tracker, recorded_as
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -79,16 +79,13 @@ class SweepResult:
         if not isinstance(tracking, MlflowTracking):
             raise ConfigError("tracking=none: nothing is recorded; the numbers of each point are in .scalars")
         recorded = load_runs(uri=tracking.uri, experiment=tracking.experiment, outdated=True)
-        places = {self._recorded_as(planned): place for place, planned in enumerate(self.plan)}
+        stored = self.outcome.stored
+        points = [recorded_as(planned, stored.get(planned.fingerprint)) for planned in self.plan]
+        places = {point.fingerprint: place for place, point in enumerate(points)}
         mine = recorded[recorded["fingerprint"].isin(list(places))]
         found = mine.iloc[mine["fingerprint"].map(places).argsort(kind="stable")]
         found.attrs.update(recorded.attrs)
         return found
-
-    def _recorded_as(self, planned: PlannedPoint) -> str:
-        """Return the fingerprint of the run of a point."""
-        run = self.outcome.stored.get(planned.fingerprint)
-        return planned.with_periods(run.enough.periods).fingerprint if run and run.enough else planned.fingerprint
 
 
 def sweep(

@@ -66,7 +66,7 @@ def _race(
     settings = build_settings(config)
     tell_of_unused_variables(settings.tracking)
     plan = plan_sweep(overrides, params, config, settings)
-    looks = _looks(plan, settings, launcher, rules)
+    looks = race_looks(plan, settings, launcher, rules)
     if settings.plan:
         begin = Plan([planned.with_periods(looks[0].periods) for planned in plan])
         found = [recorded(part, settings) for part in (begin, plan)]
@@ -87,7 +87,7 @@ def _race(
     return not (outcome.failed or outcome.delivery.pending)
 
 
-def _looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mapping[str, Any]) -> tuple[Look, ...]:
+def race_looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mapping[str, Any]) -> tuple[Look, ...]:
     """Return the looks of a race.
 
     Raises:
@@ -96,18 +96,20 @@ def _looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mapping[st
     from rl_design_space.analysis.race import looks
 
     if settings.shard:
-        raise ConfigError.at("shard", "{}/{}".format(*settings.shard), "a race compares all its points; leave it out")
+        raise ConfigError.at("shard", "/".join(map(str, settings.shard)), "a race compares all its points; leave it out")
     for planned in plan:
         if (precision := planned.point.task.precision) is not None:
             reason = "a race decides itself how many periods a point gets; leave it out"
             raise ConfigError.at("task.precision", precision, reason)
     if not isinstance(launcher, PointLauncher):
         raise ConfigError("hydra/sweeper=race needs hydra/launcher=design, design_dask or design_ray")
-    for name, values in plan.axes.items():
-        if name in (_SEED, _PERIODS):
+    for name in (_SEED, _PERIODS):
+        if values := plan.axes.get(name):
             other = "more task.periods" if name == _SEED else "the largest of them"
             expected = f"a race compares designs over the periods of one seed; ask for {other}"
             raise ConfigError.at(name, ",".join(values), expected)
+    if any(planned.point.task.precision is not None for planned in plan):
+        raise ConfigError("task.precision: a race decides how many periods each point gets; leave it out")
     first, growth, confidence = rules["first"], rules["growth"], rules["confidence"]
     if not isinstance(first, int) or isinstance(first, bool) or first < _FEWEST:
         raise ConfigError.at("hydra.sweeper.first", first, f"should be a whole number of periods, {_FEWEST} or more")

@@ -63,6 +63,11 @@ class ActionSet(Protocol):
         ...
 
     @property
+    def primitives(self) -> bool:
+        """Whether the first four actions are the primitive ones."""
+        ...
+
+    @property
     def labels(self) -> tuple[str, ...]:
         """A few words for each action; actions of one kind share them."""
         ...

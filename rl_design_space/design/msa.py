@@ -78,6 +78,10 @@ class MultiStepActions:
         return len(MOVES) * (1 + len(self.lengths))
 
     @property
+    def primitives(self) -> bool:
+        return True
+
+    @property
     def labels(self) -> tuple[str, ...]:
         most = "" if self.until == "length" else "at most "
         longer = [f"action of {most}{length} steps" for length in self.lengths]

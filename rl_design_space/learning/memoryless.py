@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import DesignPoint
+from rl_design_space.design import MOVES, Behaviour, DesignPoint
 from rl_design_space.learning.compiled import compiled, compiled_and_kept
 from rl_design_space.learning.optimum import shortest_tours
-from rl_design_space.learning.tables import Tables, learning_tables, observation_codes
+from rl_design_space.learning.tables import Tables, behaviour_of, learning_tables, observation_codes
 
 #: Assignments that a search tries for each of its parts before it is given up.
 NODES = 20_000
@@ -63,37 +63,49 @@ class Memoryless:
         return self.bound <= self.max_steps
 
 
-def decisions(tables: Tables, goals: NDArray[np.int32]) -> Decisions:
+def decisions(tables: Tables, goals: NDArray[np.int32], behaviour: Behaviour | None = None) -> Decisions:
     """Return the graph of a layout.
 
     Args:
         tables: of the design point.
         goals: (n_goals,) cells.
+        behaviour: what the actions do in this layout; None if they only repeat steps.
     """
     n_goals, cells = len(goals), tables.next_cell.shape[1]
-    states, directions = n_goals * cells, len(tables.next_cell)
-    following = np.full((directions * len(tables.lengths), states + 1), states, dtype=np.int32)
+    states = n_goals * cells
+    # The last row is to wait.
+    next_cell = np.vstack([tables.next_cell, np.arange(cells, dtype=np.int32)])
+    following = np.full((len(tables.limits), states + 1), states, dtype=np.int32)
     steps = np.zeros_like(following)
-    for number, length in enumerate(tables.lengths):
-        for direction in range(directions):
-            counter, cell = np.divmod(np.arange(states), cells)
-            made = np.zeros(states, dtype=np.int32)
-            going = np.ones(states, dtype=np.bool_)
-            for _ in range(length):
-                cell = np.where(going, tables.next_cell[direction, cell], cell)
-                reached = going & (cell == goals[np.minimum(counter, n_goals - 1)])
-                counter, made = counter + reached, made + going
-                going &= (counter < n_goals) & ~(reached & tables.rules.stop_at_sub_goal)
-                if not going.any():
-                    break
-            action = number * directions + direction
-            following[action, :states] = np.where(counter < n_goals, counter * cells + cell, states)
-            steps[action, :states] = made
+    for action, limit in enumerate(tables.limits):
+        counter, cell = np.divmod(np.arange(states), cells)
+        state = np.arange(states)
+        made = np.zeros(states, dtype=np.int32)
+        going = np.ones(states, dtype=np.bool_)
+        for _ in range(limit):
+            step = action % len(MOVES) if behaviour is None else behaviour.steps[action].ravel()[state]
+            cell = np.where(going, next_cell[step, cell], cell)
+            reached = going & (cell == goals[np.minimum(counter, n_goals - 1)])
+            counter, made = counter + reached, made + going
+            going &= (counter < n_goals) & ~(reached & tables.rules.stop_at_sub_goal)
+            state = np.minimum(counter, n_goals - 1) * cells + cell
+            if behaviour is not None:
+                going &= ~behaviour.stops[action].ravel()[state]
+                if behaviour.marks is not None:
+                    going &= behaviour.marks.ravel()[state] == behaviour.marks.ravel()
+            if not going.any():
+                break
+        following[action, :states] = np.where(counter < n_goals, counter * cells + cell, states)
+        steps[action, :states] = made
     return Decisions(following, steps)
 
 
 def best_memoryless(
-    tables: Tables, layout: NDArray[np.int32], row: NDArray[np.int32], nodes: int = NODES
+    tables: Tables,
+    layout: NDArray[np.int32],
+    row: NDArray[np.int32],
+    nodes: int = NODES,
+    behaviour: Behaviour | None = None,
 ) -> Memoryless:
     """Search the best deterministic memoryless policy of a layout.
 
@@ -102,19 +114,21 @@ def best_memoryless(
         layout: (1 + n_goals,) start and goals.
         row: (n_goals, cells) number of the observation in each state.
         nodes: assignments that the search tries for each of its parts.
+        behaviour: what the actions do in this layout; None if they only repeat steps.
     """
     start, goals, cells, cap = int(layout[0]), layout[1:], row.shape[1], tables.rules.max_steps
-    graph = decisions(tables, goals)
+    graph = decisions(tables, goals, behaviour)
     rows = np.append(row.ravel(), row.max() + 1).astype(np.int32)
     # Where an action may pass a goal, the next counter begins in different cells, and nothing is independent.
-    divisible = len(tables.lengths) == 1 or tables.rules.stop_at_sub_goal
+    one_step = max(tables.limits) == 1
+    divisible = one_step or tables.rules.stop_at_sub_goal
     ends = _ends(row) if divisible else [len(goals) - 1]
     found, bound, first = 0, 0, 0
     complete = True
     for last in ends:
         origin = first * cells + (start if first == 0 else int(goals[first - 1]))
         target = (last + 1) * cells + int(goals[last]) if last + 1 < len(goals) else len(goals) * cells
-        steps, least = _search(*graph, rows, origin, target, cap, nodes, len(tables.lengths) == 1)
+        steps, least = _search(*graph, rows, origin, target, cap, nodes, one_step)
         complete &= steps >= 0
         found, bound, first = found + steps, bound + least, last + 1
     return Memoryless(found if complete and found <= cap else None, min(bound, cap + 1), cap)
@@ -134,14 +148,27 @@ def memoryless_steps(point: DesignPoint, layouts: NDArray[np.int32]) -> FloatArr
         part = slice(first, first + _AT_A_TIME)
         for number, codes in enumerate(observation_codes(point, layouts[part, 1:]), first):
             row = np.unique(codes, return_inverse=True)[1].reshape(codes.shape).astype(np.int32)
-            if all(len(np.unique(each)) == len(each) for each in row) and len(_ends(row)) == len(row):
+            if (
+                point.msa.primitives
+                and all(len(np.unique(each)) == len(each) for each in row)
+                and len(_ends(row)) == len(row)
+            ):
                 # No two states of a counter look the same: whatever is on a shortest tour is on it once.
                 found[number] = optimum[number]
                 continue
-            best = best_memoryless(tables, layouts[number], row)
+            best = best_memoryless(
+                tables, layouts[number], row, behaviour=_behaviour(point, layouts[number, 1:], codes)
+            )
             if best.is_exact and best.steps is not None:
                 found[number] = best.steps
     return found
+
+
+def _behaviour(point: DesignPoint, goals: NDArray[np.int32], codes: NDArray[np.int64]) -> Behaviour | None:
+    """Return what the actions do in one layout; None if they only repeat steps."""
+    if point.msa.repeats:
+        return None
+    return behaviour_of(point, goals, codes)
 
 
 def _ends(row: NDArray[np.int32]) -> list[int]:

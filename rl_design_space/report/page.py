@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from rl_design_space.tracking.read import Reader
 
 _TEMPLATE = "page.html.jinja"
+#: The page to explore runs, if it was written into the same folder, and the command that writes it.
+_EXPLORER, _EXPLORING = "explore.html", "rl-design-report explore"
 #: From so many reports on, several processes write them: each may take seconds to start.
 _MANY = 4
 
@@ -97,16 +99,18 @@ class Page:
             multiverse = None
         page = folder / "index.html"
         claims = page_claims(folder / f"{self.verdicts}.csv", multiverse)
-        page.write_text(self.render(study, sections, claims), encoding="utf-8")
+        explorer = _EXPLORER if (folder / _EXPLORER).exists() else ""
+        page.write_text(self.render(study, sections, claims, explorer), encoding="utf-8")
         return [*paths, page]
 
-    def render(self, study: Study, sections: list[Section], claims: Sequence[PageClaim]) -> str:
+    def render(self, study: Study, sections: list[Section], claims: Sequence[PageClaim], explorer: str = "") -> str:
         """Return the page as HTML.
 
         Args:
             study: the study of the page.
             sections: its reports.
             claims: as the top of the page shows them.
+            explorer: address of the page to explore the runs; empty if it was not written.
         """
         loader = PackageLoader("rl_design_space.report", "templates")
         environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
@@ -118,6 +122,8 @@ class Page:
             claims=claims,
             counts=Counter(claim.verdicts[0][1] for claim in claims),
             multiverse=self.multiverse,
+            explorer=explorer,
+            exploring=_EXPLORING,
             has_multiverse=any(section.name == self.multiverse for section in sections),
             command=study.command,
             report_command=study.report_command,

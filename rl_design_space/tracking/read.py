@@ -262,6 +262,10 @@ class RunReader:
         wanted = urlencode({"searchFilter": f'tags."{STUDY_TAG}{study}" = "true"'}, quote_via=quote)
         return f"{ui.rstrip('/')}/#/experiments/{self._experiment}/runs?{wanted}"
 
+    def run_link(self, ui: str, run_id: str) -> str:
+        """Return the address of a run in an MLflow UI."""
+        return f"{ui.rstrip('/')}/#/experiments/{self._experiment}/runs/{run_id}"
+
     def attach(self, study: str, paths: Sequence[Path]) -> None:
         """Add files to the summary run of the last sweep of a study, if there is one.
 

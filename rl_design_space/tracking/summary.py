@@ -12,6 +12,7 @@ from rl_design_space._markdown import code, escaped
 from rl_design_space.learning.measures import ONLY_SCALARS, SCALARS, measure
 from rl_design_space.plan.differences import differing, grid
 from rl_design_space.tracking import values
+from rl_design_space.tracking.tracker import recorded_as
 
 if TYPE_CHECKING:
     from rl_design_space.plan.plan import Plan
@@ -109,7 +110,8 @@ def _ranked(plan: Plan, ending: SweepEnding, names: Sequence[str]) -> list[dict[
     for planned in ending.findings.plan or plan:
         run = ending.stored.get(planned.fingerprint)
         if run and names[0] in run.scalars:
-            ids = {"run_id": run.run_id, "fingerprint": planned.fingerprint, _IN_SET: planned.fingerprint in best}
+            own = recorded_as(planned, run).fingerprint
+            ids = {"run_id": run.run_id, "fingerprint": own, _IN_SET: planned.fingerprint in best}
             chosen = {name: value for name, value in planned.parameters.items() if name in axes}
             # A number that stands for "never" is a lower bound.
             trials = planned.point.task.trials

@@ -60,6 +60,11 @@ class Beginning:
     run: StoredRun
 
 
+def recorded_as(planned: PlannedPoint, run: StoredRun | None) -> PlannedPoint:
+    """Return a point with as many periods as its run has: it may ask for a precision."""
+    return planned.with_periods(run.enough.periods) if run and run.enough else planned
+
+
 def enough_periods(task: Task, learned: LearningCurves) -> Enough | None:
     """Return how many periods the precision of a point needed; None if it asks for none."""
     rule = Precision.of_task(task)

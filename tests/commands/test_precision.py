@@ -5,6 +5,13 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
+from rl_design_space.commands.race import _looks
+from rl_design_space.errors import ConfigError
+from rl_design_space.plan.plan import Plan
+from rl_design_space.plan.planner import plan_point
+from rl_design_space.run.settings import settings_of
 from tests.command_runner import commands_in
 
 ASKING = (
@@ -28,7 +35,9 @@ def test_a_sweep_learns_until_its_means_are_precise(empty_database: Path, tmp_pa
     assert "0 recorded already, 2 to run" in smaller
     assert "- 2 ask for a precision: that is the time of task.periods, " in smaller
     assert "- 2 begin with periods that are recorded" in smaller
-    race = command(*ASKING, "hydra/sweeper=race", status=2).stderr
-    assert race.strip().endswith(
-        "task.precision=0.2: a race decides itself how many periods a point gets; leave it out"
-    )
+
+
+def test_a_race_decides_itself_how_many_periods_a_point_gets():
+    plan = Plan([plan_point(["task.precision=0.2"])])
+    with pytest.raises(ConfigError, match=r"^task\.precision=0\.2: a race decides itself how many periods"):
+        _looks(plan, settings_of(["tracking=none"]), None, {})

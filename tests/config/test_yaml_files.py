@@ -10,6 +10,7 @@ import pytest
 from rl_design_space.catalogue.choices import choice
 from rl_design_space.catalogue.options import Options
 from rl_design_space.catalogue.search import searched
+from rl_design_space.config import yaml_files
 from rl_design_space.config.compose import Composer, shipped_config
 from rl_design_space.config.user_config import used
 from rl_design_space.errors import ConfigError
@@ -80,3 +81,23 @@ def test_one_unreadable_file_does_not_prevent_the_list(folder: Path):
     assert {"fine", "latin", "utf16", "nul", "octal", "torus"} <= set(options)
     assert (options["fine"].summary, options["fine"].error) == ("Größe", "")
     assert "should be UTF-8" in options["latin"].error
+
+
+def test_a_file_is_parsed_once_and_read_again_when_it_changes(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    parsed: list[str] = []
+    monkeypatch.setattr(yaml_files, "check_limits", lambda text, shown: parsed.append(text))
+    (folder / "world" / "again.yaml").write_text("size: 4\n", encoding="utf-8")
+    source = yaml_files.YamlFiles("test", f"file://{folder}")
+    first = source.load_config("world/again").config
+    first.size = 5
+    assert source.load_config("world/again").config == {"size": 4}
+    assert parsed == ["size: 4\n"]
+    (folder / "world" / "again.yaml").write_text("size: 6\n", encoding="utf-8")
+    assert source.load_config("world/again").config == {"size": 6}
+
+
+@pytest.mark.parametrize("text", ["3", "true"])
+def test_a_file_without_keys_is_refused(text: str, folder: Path):
+    (folder / "world" / "bare.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"bare\.yaml: should hold keys and values, not "):
+        yaml_files.YamlFiles("test", f"file://{folder}").load_config("world/bare")

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from rl_design_space.design import (
     AdHoc,
+    Controllers,
     DesignPoint,
     Direction,
     Distance,
@@ -34,7 +35,7 @@ def steps_of(tables, layout: np.ndarray, row: np.ndarray, policy: tuple[int, ...
     cell, counter, made, goals = int(layout[0]), 0, 0, layout[1:]
     for _ in range(row.size + 1):
         action = policy[row[counter, cell]]
-        for _ in range(tables.lengths[action // 4]):
+        for _ in range(tables.limits[action]):
             cell = int(tables.next_cell[action % 4, cell])
             made += 1
             if reached := cell == goals[counter]:
@@ -61,7 +62,7 @@ def test_no_policy_is_better(codes, layout, msa, stop, cap, world):
     )
     tables = learning_tables(point)
     row = np.unique(codes, return_inverse=True)[1].reshape(2, 10).astype(np.int32)
-    policies = product(range(4 * len(tables.lengths)), repeat=int(row.max()) + 1)
+    policies = product(range(len(tables.limits)), repeat=int(row.max()) + 1)
     known = [steps for policy in policies if (steps := steps_of(tables, layout, row, policy)) is not None]
     found = best_memoryless(tables, layout, row)
     assert found.is_exact
@@ -98,3 +99,15 @@ def test_a_search_that_is_given_up_leaves_a_bound():
     given_up = best_memoryless(learning_tables(point), layout, row, nodes=0)
     assert (given_up.steps, given_up.is_exact, given_up.is_possible) == (None, False, True)
     assert given_up.bound == shortest_tours(point.world.next_cell(), layout[np.newaxis])[0]
+
+
+@pytest.mark.parametrize("until", ["observation_changes", "due_goal_observation_changes"])
+def test_actions_that_stop_by_perception_and_controllers_lose_no_optimum(until: str):
+    point = DesignPoint(world=Torus(size=5), representation=Direction(), task=Task(goals=2, periods=5))
+    layouts = layouts_of(point)
+    optimum = shortest_tours(point.world.next_cell(), layouts)
+    stopping = replace(point, msa=MultiStepActions(lengths=(4,), until=until))
+    np.testing.assert_array_equal(memoryless_steps(stopping, layouts), optimum)
+    # Directions show one axis at a time, and each controller leads along one.
+    alone = replace(point, msa=Controllers(primitives=False, sub_goal="stop"))
+    np.testing.assert_array_equal(memoryless_steps(alone, layouts), optimum)

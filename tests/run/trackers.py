@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from rl_design_space.learning import LearningCurves
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.tracking.beginnings import beginnings
-from rl_design_space.tracking.tracker import Beginning, DeliveryStatus, StoredRun, SweepEnding
+from rl_design_space.tracking.tracker import Beginning, DeliveryStatus, Findings, StoredRun, SweepEnding
 
 
 @dataclass
@@ -22,11 +22,12 @@ class MemorySweep:
     failures: dict[str, str] = field(default_factory=dict)
     verdict: str = ""
     stored: dict[str, StoredRun] = field(default_factory=dict)
+    findings: Findings = field(default_factory=Findings)
 
     def close(self, ending: SweepEnding) -> None:
         assert self.status == "RUNNING", "closed twice"
         self.status, self.counts, self.failures = ending.status, dict(ending.counts), dict(ending.failures)
-        self.verdict, self.stored = ending.verdict, dict(ending.stored)
+        self.verdict, self.stored, self.findings = ending.verdict, dict(ending.stored), ending.findings
 
 
 @dataclass

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import rl_design_space as rds
@@ -139,3 +140,39 @@ def test_measures_are_columns_under_their_names(folder: Path):
         assert here["total_steps_scaled,statistic=median"] == pytest.approx(median, nan_ok=True)
     with pytest.raises(ConfigError, match="totl: no such measure; did you mean total_steps"):
         rds.load_runs(outputs=str(folder), measures=["totl"])
+
+
+def test_runs_of_all_kinds_may_lie_beside_complete_ones(folder: Path, tmp_path: Path):
+    """Failed, killed and deleted runs, runs of other programs, and runs of earlier layouts."""
+    copy_database(folder / "mlflow.db", tmp_path / "mlflow.db")
+    before = rds.load_runs(outputs=str(tmp_path))
+    with closing(sqlite3.connect(tmp_path / "mlflow.db")) as database, database:
+        columns = [row[1] for row in database.execute("pragma table_info(runs)")]
+
+        def copy(**changed: str) -> None:
+            values = [f"'{changed[name]}'" if name in changed else name for name in columns]
+            chosen = f"from runs where run_uuid = '{before.index[0]}'"
+            database.execute(f"insert into runs ({', '.join(columns)}) select {', '.join(values)} {chosen}")
+
+        for kind in ("failed", "running", "killed", "deleted", "other", "earlier", "empty"):
+            stage = "deleted" if kind == "deleted" else "active"
+            status = kind.upper() if kind in ("failed", "running", "killed") else "FINISHED"
+            copy(run_uuid=kind, status=status, lifecycle_stage=stage)
+        database.execute("insert into params (key, value, run_uuid) values ('lr', '0.1', 'other')")
+        database.execute("insert into tags (key, value, run_uuid) values ('mlflow.user', 'x', 'other')")
+        # An earlier layout: fewer params, and none of the later metrics.
+        database.execute("insert into params (key, value, run_uuid) values ('world.size', '10', 'earlier')")
+        database.execute("insert into tags (key, value, run_uuid) values ('fingerprint', 'f', 'earlier')")
+        database.execute(
+            "insert into latest_metrics (key, value, timestamp, step, is_nan, run_uuid) "
+            "values ('total_steps', 7.0, 0, 0, 0, 'earlier')"
+        )
+    runs = rds.load_runs(outputs=str(tmp_path))
+    assert set(runs.index) == {*before.index, "other", "earlier", "empty"}
+    columns = [name for name in before if name != "world.size"]  # a list of one run makes texts of it in both
+    pd.testing.assert_frame_equal(runs.loc[before.index, columns], before[columns], check_dtype=False)
+    assert runs.loc["earlier", "total_steps"] == 7
+    assert runs.loc["earlier", "fingerprint"] == "f"
+    assert runs.loc[["other", "empty"], ["total_steps", "representation"]].isna().all(axis=None)
+    assert runs["lr"].dropna().to_dict() == {"other": 0.1}
+    assert set(rds.load_runs("a", outputs=str(tmp_path))["name"]) == set(before[before["studies"] != ""]["name"])

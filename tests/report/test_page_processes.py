@@ -1,0 +1,79 @@
+"""The processes that write the reports of a page."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rl_design_space.report import page
+from rl_design_space.tracking.read import NoRuns
+
+
+@dataclass(frozen=True)
+class Part:
+    """As much of a study as the page needs."""
+
+    name: str
+    plan: tuple[int, ...]
+    included: tuple[Part, ...] = ()
+
+
+PARTS = [Part("small", (1,)), Part("large", (1, 2, 3), (Part("inner", ()),)), Part("none", ()), Part("middle", (1, 2))]
+
+
+@pytest.fixture
+def pools(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, str]]:
+    """Pools of threads in place of processes; number of workers and way to start them of each."""
+    made: list[tuple[int, str]] = []
+
+    def pool(workers: int, method: Any) -> ThreadPoolExecutor:
+        made.append((workers, method))
+        return ThreadPoolExecutor(1)
+
+    monkeypatch.setattr(page, "ProcessPoolExecutor", pool)
+    monkeypatch.setattr(page, "get_context", str)
+    monkeypatch.setattr(page.sys, "platform", "linux")
+    return made
+
+
+@pytest.fixture
+def written(monkeypatch: pytest.MonkeyPatch) -> list[Part]:
+    """The parts in the order in which they are written."""
+    parts: list[Part] = []
+
+    def write(part: Part, reader: object, folder: Path) -> list[Path]:
+        parts.append(part)
+        return [folder / part.name]
+
+    monkeypatch.setattr(page, "_write", write)
+    return parts
+
+
+def write_all(cores: int, threads: int, parts: list[Part], monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    monkeypatch.setattr(page, "available_threads", lambda: cores)
+    monkeypatch.setattr(page.threading, "active_count", lambda: threads)
+    return [path.name for paths in page._write_all(parts, NoRuns(), Path()) for path in paths]
+
+
+@pytest.mark.parametrize(("threads", "method"), [(1, "fork"), (2, "spawn")])
+def test_processes_are_copies_unless_another_thread_may_hold_a_lock(
+    threads: int, method: str, pools: list[tuple[int, str]], written: list[Part], monkeypatch: pytest.MonkeyPatch
+):
+    names = write_all(3, threads, PARTS, monkeypatch)
+    assert pools == [(3, method)]
+    assert names == [part.name for part in PARTS]
+    assert [part.name for part in written] == ["large", "middle", "small", "none"]
+    assert not any(part.included for part in written)  # which would be copied for nothing
+
+
+@pytest.mark.parametrize(("cores", "parts"), [(1, PARTS), (8, PARTS[:3])])
+def test_few_reports_or_cores_need_no_processes(
+    cores: int, parts: list[Part], pools: list[tuple[int, str]], written: list[Part], monkeypatch: pytest.MonkeyPatch
+):
+    assert write_all(cores, 1, parts, monkeypatch) == [part.name for part in parts]
+    assert written == parts
+    assert pools == []
