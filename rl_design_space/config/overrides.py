@@ -53,7 +53,7 @@ def is_search_path(override: str) -> bool:
 def with_absent(points: Sequence[Mapping[str, Value]]) -> list[Mapping[str, Value | str]]:
     """Return parameters of points, where some have a choice that others do without, with it in all of them."""
     missing = {group: ABSENT_OPTION for group in ABSENT if any(group in each for each in points)}
-    return [{**missing, **each} for each in points]
+    return [{**missing, **each} for each in points] if missing else list(points)
 
 
 def shared(overrides: Iterable[Override]) -> list[str]:
