@@ -15,6 +15,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ from rl_design_space._arrays import IntArray
 from rl_design_space.design import (
     ActionSet,
     AdHoc,
+    CarryRule,
+    Curriculum,
     DesignPoint,
     Direct,
     Direction,
@@ -33,17 +36,22 @@ from rl_design_space.design import (
     Representation,
     Reward,
     SizedRepresentation,
+    Stage,
     Task,
     Torus,
     Walled,
     World,
     cell_count,
 )
+from rl_design_space.design.identity import function_name
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import checked
+from rl_design_space.learning.stage_layouts import StageScene
 from rl_design_space.learning.ways import missing_way
 
 __all__ = [
+    "check_carry",
+    "check_curriculum",
     "check_exploration",
     "check_msa",
     "check_representation",
@@ -158,6 +166,30 @@ def _done(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
     return np.moveaxis(np.concatenate([steps, stops, marks[np.newaxis]]), 0, -1)
 
 
+def check_curriculum(curriculum: Curriculum) -> None:
+    """Check that a curriculum lists stages, the same at every call, through which a point can go."""
+    _check_value(curriculum, Curriculum)
+    stages = curriculum.stage_list()
+    _expect(
+        isinstance(stages, tuple) and all(isinstance(stage, Stage) for stage in stages),
+        f"stage_list() must be a tuple of stages: {stages}",
+    )
+    _expect(curriculum.stage_list() == stages, "stage_list() must return the same stages at every call")
+    try:
+        DesignPoint(curriculum=curriculum, task=Task(goals=2))
+    except ValueError as error:
+        raise AssertionError(str(error)) from error
+
+
+def check_carry(rule: CarryRule, worlds: Sequence[World] = _WORLDS) -> None:
+    """Check the ancestors that a carry rule gives, from each of these worlds to each."""
+    for before, after in product(worlds, repeat=2):
+        scenes = [_scene(before, [[0, 1], [2, 3]]), _scene(after, [[3, 1], [0, 2]])]
+        found = _repeatable(f"{function_name(rule)}()", partial(checked.ancestors, rule, *scenes))
+        one_by_one = [checked.ancestors(rule, *(each.period(number) for each in scenes))[0] for number in range(2)]
+        _expect(np.array_equal(found, one_by_one), "ancestors of many periods must equal those of one at a time")
+
+
 def check_study(name: str, config_dir: str | Path | None = None) -> None:
     """Check that a study can be planned, that every value of its points is allowed, and that its report can be built.
 
@@ -176,6 +208,12 @@ def check_study(name: str, config_dir: str | Path | None = None) -> None:
                 study.report()
     except ConfigError as error:
         raise AssertionError(str(error)) from error
+
+
+def _scene(world: World, goals: list[list[int]]) -> StageScene:
+    """Return a scene of several periods."""
+    cells = np.array(goals, dtype=np.int32)
+    return StageScene(world, cells, checked.portable_codes(DesignPoint(world=world, task=Task(goals=2)), cells))
 
 
 def _expect(kept: bool, otherwise: str) -> None:

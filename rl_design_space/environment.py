@@ -25,7 +25,7 @@ except ImportError as missing:
 from gymnasium.error import InvalidAction, ResetNeeded
 from gymnasium.spaces import Discrete
 
-from rl_design_space.design import DesignPoint, SizedRepresentation, cell_count
+from rl_design_space.design import DesignPoint, SizedRepresentation, cell_count, stages_of
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.tables import behaviour_of, learning_tables, observation_codes
@@ -105,6 +105,8 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         point = DesignPoint() if point is None else point
         if not isinstance(point, DesignPoint):
             raise ConfigError.at("point", point, "should be a DesignPoint")
+        if stages_of(point):
+            raise ConfigError("curriculum: an environment is one stage; use the point of a stage, see stages_of(point)")
         if observation not in _OBSERVATIONS:
             raise ConfigError.unknown("observation", observation, _OBSERVATIONS)
         if render_mode not in (None, *self.metadata["render_modes"]):

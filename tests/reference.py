@@ -47,16 +47,25 @@ def _words(seed: int, period: int, stream: int, count: int) -> list[int]:
     return np.random.SeedSequence(seed, spawn_key=(period, stream)).generate_state(count, np.uint64).tolist()
 
 
-def layout_of(point: DesignPoint, period: int) -> list[int]:
-    """Start and goals: the first cards of a shuffled deck of cells."""
+def layout_of(point: DesignPoint, period: int, number: int = 0) -> list[int]:
+    """Start and goals: the first cards of a shuffled deck of cells; of the layout with this number."""
     width, height = point.world.shape
     deck = list(range(width * height))
     dealt = 1 + point.task.goals
-    for position, word in enumerate(_words(point.seed, period, LAYOUT_STREAM, dealt)):
+    for position, word in enumerate(_words(point.seed, period, _layout_stream(number), dealt)):
         left = len(deck) - position
         drawn = position + word * left // WORD
         deck[position], deck[drawn] = deck[drawn], deck[position]
     return deck[:dealt]
+
+
+def layout_word(point: DesignPoint, period: int, number: int) -> int:
+    """The first random word of a layout."""
+    return _words(point.seed, period, _layout_stream(number), 1)[0]
+
+
+def _layout_stream(number: int) -> int:
+    return BEHAVIOUR_STREAM + number if number else LAYOUT_STREAM
 
 
 def generator_of(point: DesignPoint, period: int) -> Xoshiro:
@@ -127,6 +136,13 @@ def learn_period(point: DesignPoint, layout: list[int], generator: Xoshiro) -> P
     actions = actions_of(point, layout[1:])
     codes = point.representation.observation(point.world, np.array(layout[1:])).tolist()
     q = {code: [point.learner.initial_q] * len(actions) for of_counter in codes for code in of_counter}
+    return play_trials(point, layout, generator, codes, actions, q)
+
+
+def play_trials(
+    point: DesignPoint, layout: list[int], generator: Xoshiro, codes: list[list], actions: list[Action], q: dict
+) -> Period:
+    """All trials of a period, or of one of its stages, with a Q-matrix that is given."""
     result = Period([], [], q)
     for epsilon in point.exploration.schedule(point.task.trials).tolist():
         moves, solved = _play_trial(point, layout, codes, actions, q, epsilon, generator)

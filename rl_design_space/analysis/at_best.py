@@ -22,6 +22,7 @@ from rl_design_space.analysis.statistics import Estimate, percentile_interval, r
 from rl_design_space.learning.measure_statistics import Statistic
 from rl_design_space.learning.measures import CurveMeasure, Measure
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.learning.stage_record import combined
 
 #: Fewer than for means, because medians of whole curves are resampled.
 _RESAMPLES = 500
@@ -138,8 +139,11 @@ class _Judges:
             for name in ("steps", "success", "optimum")
         }
         first = results[0]
+        stages = combined([result.of_periods(judging).stages for result, judging in parts])
         rows = np.zeros((len(together["steps"]), 2), dtype=np.int32)
-        self._periods = LearningCurves(**together, rows=rows, epsilon=first.epsilon, known_point=first.known_point)
+        self._periods = LearningCurves(
+            **together, rows=rows, epsilon=first.epsilon, known_point=first.known_point, stages=stages
+        )
         self._count = weights.shape[1]
         self._known: dict[Statistic, FloatArray] = {}
 

@@ -14,6 +14,7 @@ from rl_design_space.analysis.pooling import Pool, Repetition
 from rl_design_space.analysis.statistics import Estimate, mean_estimate, mean_share_estimate, percentile_interval
 from rl_design_space.learning.measures import Measure
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.learning.stage_record import combined
 
 
 def mean_of_runs(runs: Sequence[FloatArray], repetitions: Sequence[Repetition], *, of_shares: bool = False) -> Estimate:
@@ -146,7 +147,8 @@ def pooled(runs: Sequence[LearningCurves]) -> LearningCurves:
     if len(runs) == 1:
         return runs[0]
     together: dict[str, Any] = {name: np.concatenate([getattr(run, name) for run in runs]) for name in _OF_PERIODS}
-    return replace(runs[0], **together, seconds=sum(run.seconds for run in runs))
+    stages = combined([run.stages for run in runs])
+    return replace(runs[0], **together, stages=stages, seconds=sum(run.seconds for run in runs))
 
 
 #: Arrays of a result that have a row for each period.
@@ -156,7 +158,8 @@ _OF_PERIODS = ("steps", "success", "optimum", "rows")
 def _pooled(pool: Pool, design: int, runs: Sequence[LearningCurves]) -> LearningCurves:
     """Return the result of a design, its periods in the order in which they are resampled."""
     together: dict[str, Any] = {name: pool.pooled(design, [getattr(run, name) for run in runs]) for name in _OF_PERIODS}
-    return replace(runs[pool.designs[design][0]], **together)
+    stages = combined([run.stages for run in runs], lambda arrays: pool.pooled(design, arrays))
+    return replace(runs[pool.designs[design][0]], **together, stages=stages)
 
 
 def _with_interval(value: float, pool: Pool, runs: Sequence[FloatArray]) -> Estimate:

@@ -17,6 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rl_design_space._visible import visible
+from rl_design_space.plan.describe import present_fields
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.outcome import Outcome
 from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun
@@ -48,6 +49,12 @@ _SPOOLS, _PLAIN = "outputs/spool", re.compile(r"[\w./~-]*")
 _NORMAL_95 = 1.96
 #: The longest name of a result: tables one below the other are aligned.
 _LONGEST_NAME = "… in steps of a 10×10 grid"
+#: Scalars of a stage that are shown of a point, and how.
+_OF_STAGE = ("total_steps", "failed_trials", "final_steps_over_optimum", "carried")
+_OF_STAGE_TEXT = (
+    "{total_steps:,.1f} steps, {failed_trials:.2%} of trials failed, final steps over optimum "
+    "{final_steps_over_optimum:.3f}, {carried:.0%} of rows carried"
+)
 #: Maximum number of values that a plan lists for each axis.
 _SHOWN_VALUES = 12
 _MINUTE, _HOUR = 60, 3600
@@ -59,6 +66,8 @@ def point_table(planned: PlannedPoint, scalars: Mapping[str, float]) -> Table:
     """Return the choices of a point and its results."""
     table = _two_columns()
     for group, option in planned.options.items():
+        if group not in present_fields(planned.point):
+            continue
         table.add_row(group, _choice(planned, group, option))
     table.add_row("task", _choice(planned, "task", ""))
     table.add_row("seed", str(planned.point.seed))
@@ -72,6 +81,11 @@ def point_table(planned: PlannedPoint, scalars: Mapping[str, float]) -> Table:
         table.add_row(_LONGEST_NAME, f"{scalars['total_steps_scaled']:,.1f}")
     table.add_row("failed", f"{scalars['failed_trials']:.2%} of trials, in {scalars['failed_periods']:.1%} of periods")
     table.add_row("final steps over optimum", f"{scalars['final_steps_over_optimum']:.3f}")
+    number = 1
+    while f"stage{number}/total_steps" in scalars:
+        of_stage = {name: scalars[f"stage{number}/{name}"] for name in _OF_STAGE}
+        table.add_row(f"stage {number}", _OF_STAGE_TEXT.format(**of_stage))
+        number += 1
     table.add_row("rate", f"{scalars['env_steps_per_second'] / 1e6:.1f} million steps/s")
     return table
 

@@ -15,7 +15,7 @@ from hydra.plugins.config_source import ConfigResult
 from omegaconf import OmegaConf
 
 from rl_design_space.config.build import build
-from rl_design_space.config.overrides import SETTINGS, is_setting
+from rl_design_space.config.overrides import ABSENT, ABSENT_OPTION, SETTINGS, is_setting
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 
@@ -68,7 +68,9 @@ class Assembler:
         self._groups = frozenset(groups)
         self._parser = parser
         choices = defaults.hydra.runtime.choices
-        self._options = {group: str(choices.get(group)) for group in groups}
+        # A primary config of the user's own may leave out choices that have a value for their absence.
+        self._absent = {group: value for group, value in ABSENT.items() if group not in defaults}
+        self._options = {group: str(choices.get(group, ABSENT_OPTION)) for group in groups}
         rest = [field for field in _FIELDS if field not in self._groups]
         self._rest: Any = OmegaConf.to_container(OmegaConf.masked_copy(defaults, rest))
         self._parsed: dict[str, _Choice | _Value | None] = {}
@@ -101,6 +103,7 @@ class Assembler:
             and all(
                 self._node(group, option) == OmegaConf.to_container(defaults[group])
                 for group, option in self._options.items()
+                if group not in self._absent
             )
         )
 
@@ -142,7 +145,7 @@ class Assembler:
             raise _NotPlainError
         field, *path = override.key_or_group.split(".")
         if not path and field in self._groups:
-            if not isinstance(value, str) or not value:
+            if not isinstance(value, str) or not value or field in self._absent:
                 raise _NotPlainError
             return _Choice(field, value)
         if field not in _FIELDS or isinstance(value, dict):
@@ -151,6 +154,8 @@ class Assembler:
 
     def _component(self, field: str, option: str | None, overrides: Sequence[str]) -> Any:
         """Return the value of a field; equal values are one object, which saves memory with thousands of points."""
+        if field in self._absent and not overrides:
+            return self._absent[field]
         key = (field, option or "", *overrides)
         if key not in self._components:
             node = self._node(field, option) if option else self._rest[field]

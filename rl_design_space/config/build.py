@@ -13,7 +13,8 @@ from omegaconf.errors import OmegaConfBaseException
 from pydantic import ValidationError
 
 from rl_design_space.config.explain import explain, invalid
-from rl_design_space.config.overrides import SETTINGS
+from rl_design_space.config.overrides import ABSENT, SETTINGS
+from rl_design_space.config.stage_options import CURRICULUM, named_values
 from rl_design_space.config.target import check_fields, class_of
 from rl_design_space.design import DesignPoint
 from rl_design_space.design.identity import full_name, is_shipped
@@ -34,7 +35,9 @@ def build_values(config: DictConfig) -> dict[str, Any]:
     for key in config:
         if key not in (*choices, *SETTINGS):
             raise ConfigError.unknown("key", str(key), [*choices, *SETTINGS])
-    return {choice: build_component(config, choice) for choice in choices}
+    # A config of the user's own may be older than a choice that has a value for its absence.
+    built = [choice for choice in choices if choice in config or choice not in ABSENT]
+    return {**ABSENT, **{choice: build_component(config, choice) for choice in built}}
 
 
 def make_point(values: Mapping[str, Any]) -> DesignPoint:
@@ -73,6 +76,8 @@ def build(key: str, node: Any) -> Any:
         raise ConfigError.at(f"{key}._target_", "???", "should name the class of this option")
     kind = class_of(key, node["_target_"])
     check_fields(key, kind, node)
+    named = named_values(node, build) if key == CURRICULUM else {}
+    node = {name: value for name, value in node.items() if name not in named}
     try:
         if key not in _CHOICES:
             builds_options = getattr(kind, "builds_options", False)
@@ -81,7 +86,7 @@ def build(key: str, node: Any) -> Any:
                 return kind(**{name: _as_list(value) for name, value in values.items()})
             return instantiate(node, _convert_="all", _recursive_=not builds_options)
         prepared = instantiate(node, _convert_="all", _partial_=True)
-        values = {name: _as_value(value) for name, value in prepared.keywords.items()}
+        values = {name: _as_value(value) for name, value in prepared.keywords.items()} | named
         component = prepared.func(**values)
         twin = None if is_shipped(kind) else prepared.func(**values)
     except Exception as raised:

@@ -23,7 +23,15 @@ from rl_design_space.config.assemble import Assembler, Parts, file_reaches_out
 from rl_design_space.config.build import build_values
 from rl_design_space.config.explain import explain, explained
 from rl_design_space.config.grammar import parse
-from rl_design_space.config.overrides import OPTION_GROUPS, is_of_study, is_search_path, is_setting, is_sweep_setting
+from rl_design_space.config.overrides import (
+    ABSENT,
+    ABSENT_OPTION,
+    OPTION_GROUPS,
+    is_of_study,
+    is_search_path,
+    is_setting,
+    is_sweep_setting,
+)
 from rl_design_space.config.resolvers import register_resolvers
 from rl_design_space.config.search_path import look_in_user_folder_first
 from rl_design_space.errors import ConfigError
@@ -191,7 +199,8 @@ def parts_of(config: DictConfig, choices: Mapping[str, str | None] | None = None
         ConfigError: a value is not allowed.
     """
     choices = config.hydra.runtime.choices if choices is None else choices
+    choices = {group: choices.get(group) or (ABSENT_OPTION if group in ABSENT else None) for group in OPTION_GROUPS}
     for group in OPTION_GROUPS:
-        if not choices.get(group):
+        if not choices[group]:
             raise ConfigError(f"{group}: name exactly one option, as in {group}=OPTION")
     return Parts(build_values(config), {group: str(choices[group]) for group in OPTION_GROUPS})

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
+from typing import TypeVar
 
 from hydra.core.override_parser.types import Override
 
 from rl_design_space.design import DesignPoint
+from rl_design_space.design.identity import ABSENT_AS
+
+Value = TypeVar("Value")
 
 #: The design choices that are config groups: all fields of a point except `seed` and `task`.
 OPTION_GROUPS = tuple(field.name for field in fields(DesignPoint) if field.name not in ("seed", "task"))
+#: Values of the choices that a config may leave out, and the names of these options.
+ABSENT = {field.name: field.metadata[ABSENT_AS] for field in fields(DesignPoint) if ABSENT_AS in field.metadata}
+ABSENT_OPTION = "none"
 #: Keys of the config that are not part of a design point.
 SETTINGS = ("outputs", "threads", "tracking", "study", "plan", "shard", "on_error", "max_points", "objective", "hydra")
 #: Settings of a sweep, which a single point does not use.
@@ -41,6 +48,12 @@ def is_of_study(override: str) -> bool:
 def is_search_path(override: str) -> bool:
     """Return whether an override sets the places where Hydra looks for options."""
     return override.lstrip("+").startswith("hydra.searchpath=")
+
+
+def with_absent(points: Sequence[Mapping[str, Value]]) -> list[Mapping[str, Value | str]]:
+    """Return parameters of points, where some have a choice that others do without, with it in all of them."""
+    missing = {group: ABSENT_OPTION for group in ABSENT if any(group in each for each in points)}
+    return [{**missing, **each} for each in points] if missing else list(points)
 
 
 def shared(overrides: Iterable[Override]) -> list[str]:

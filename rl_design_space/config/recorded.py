@@ -16,12 +16,13 @@ from typing import Any
 from rl_design_space import design
 from rl_design_space.config import user_config
 from rl_design_space.config.build import construct, make_point
-from rl_design_space.config.target import check_fields, class_of
+from rl_design_space.config.stage_options import CURRICULUM
+from rl_design_space.config.target import check_fields, class_of, function_of
 from rl_design_space.config.yaml_limits import load_plain, read_text
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 
-_TARGET = "_target_"
+_TARGET, _CARRY = "_target_", "carry"
 #: The name of a class of this package, as configs write it or as runs of any version have recorded it.
 _SHIPPED = re.compile(r"rl_design_space(?:\.design(?:\.[a-z_]+)?)?\.(?P<name>[A-Z]\w*)")
 
@@ -62,7 +63,11 @@ def _value(choice: str, key: str, node: Any) -> Any:
         if not isinstance(name, str) or (name.startswith("_") and name != _TARGET):
             raise ConfigError(f"{key}.{name}: no such key in a recorded config")
     kind = _expected_class(choice, f"{key}.{_TARGET}", node[_TARGET]) if _TARGET in node else None
-    values = {name: _value(choice, f"{key}.{name}", value) for name, value in node.items() if name != _TARGET}
+    values = {
+        name: _rule(choice, f"{key}.{name}", value) if name == _CARRY else _value(choice, f"{key}.{name}", value)
+        for name, value in node.items()
+        if name != _TARGET
+    }
     if kind is None:
         return values
     check_fields(key, kind, node)
@@ -74,12 +79,26 @@ def _value(choice: str, key: str, node: Any) -> Any:
         raise ConfigError(f"{key}: {error}".replace("\n", " ")) from error
 
 
+def _rule(choice: str, key: str, name: Any) -> Any:
+    """Return a carry rule; functions are imported only if the config folder in use names them."""
+    if choice != CURRICULUM or not isinstance(name, str) or "." not in name:
+        return name
+    if name in _named(choice, _CARRY):
+        return function_of(key, name)
+    raise ConfigError.at(
+        key,
+        name,
+        f"comes from the store, so it is not imported; {user_config.FLAG} FOLDER allows the functions that the files "
+        f"in FOLDER/{choice} name",
+    )
+
+
 def _expected_class(choice: str, key: str, target: Any) -> Any:
     """Return the class that a recorded `_target_` names; only names from the config folder in use are imported."""
     found = _SHIPPED.fullmatch(target) if isinstance(target, str) else None
     if found and is_dataclass(kind := getattr(design, found["name"], None)):
         return kind
-    for named in set(_named_targets(choice)):
+    for named in {*_named(choice, _TARGET)}:
         with suppress(ConfigError):  # an option that cannot be used
             kind = class_of(choice, named)
             if target in (named, f"{kind.__module__}.{kind.__qualname__}"):
@@ -92,21 +111,22 @@ def _expected_class(choice: str, key: str, target: Any) -> Any:
     )
 
 
-def _named_targets(choice: str) -> Iterator[str]:
-    """Yield every `_target_` that the user's config folder names for a choice."""
+def _named(choice: str, key: str) -> Iterator[str]:
+    """Yield what the user's config folder names for a choice under a key; stages may name options of all choices."""
     if folder := user_config.user_folder():
-        for path in sorted((folder / choice).rglob("*.yaml")):
+        within = [folder / field.name for field in fields(DesignPoint)] if choice == CURRICULUM else [folder / choice]
+        for path in sorted(path for each in within for path in each.rglob("*.yaml")):
             with suppress(ConfigError, OSError, UnicodeError):  # a file that cannot be used
-                yield from _targets_in(load_plain(read_text(path), str(path)))
+                yield from _texts_in(load_plain(read_text(path), str(path)), key)
 
 
-def _targets_in(node: Any) -> Iterator[str]:
+def _texts_in(node: Any, key: str) -> Iterator[str]:
     if isinstance(node, list):
         for item in node:
-            yield from _targets_in(item)
+            yield from _texts_in(item, key)
     elif isinstance(node, Mapping):
-        for key, value in node.items():
-            if key == _TARGET and isinstance(value, str):
+        for name, value in node.items():
+            if name == key and isinstance(value, str):
                 yield value
             else:
-                yield from _targets_in(value)
+                yield from _texts_in(value, key)

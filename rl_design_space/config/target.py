@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from pkgutil import resolve_name
 from traceback import extract_tb
+from types import FunctionType
 from typing import Any
 
 from rl_design_space.config import user_config
@@ -25,13 +26,33 @@ def imported(key: str, target: object) -> type:
     """
     if not isinstance(target, str):
         raise ConfigError.at(key, target, "should name a class, as in module.Class")
-    try:
-        kind = resolve_name(target)
-    except Exception as error:  # a module may raise anything when it is imported
-        raise ConfigError.at(key, target, f"cannot be imported: {_reason(target, error)}") from error
+    kind = _resolved(key, target)
     if not isinstance(kind, type):
         raise ConfigError.at(key, target, "should name a class, as in module.Class")
     return kind
+
+
+def function_of(key: str, name: str) -> FunctionType:
+    """Import the function that a value names.
+
+    Args:
+        key: where the name is written, e.g. `curriculum.carry`.
+        name: module and function, e.g. `mine.nearest`.
+
+    Raises:
+        ConfigError: it cannot be imported, or is not a function.
+    """
+    function = _resolved(key, name)
+    if not isinstance(function, FunctionType):
+        raise ConfigError.at(key, name, "should name a function, as in module.function")
+    return function
+
+
+def _resolved(key: str, name: str) -> Any:
+    try:
+        return resolve_name(name)
+    except Exception as error:  # a module may raise anything when it is imported
+        raise ConfigError.at(key, name, f"cannot be imported: {_reason(name, error)}") from error
 
 
 def class_of(key: str, target: object) -> Any:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from rl_design_space.design.actions import *
 from rl_design_space.design.controllers import *
+from rl_design_space.design.curriculum import *
 from rl_design_space.design.exploration import *
 from rl_design_space.design.learner import *
 from rl_design_space.design.msa import *
@@ -16,6 +17,7 @@ from rl_design_space.design.point import *
 from rl_design_space.design.representation import *
 from rl_design_space.design.reward import *
 from rl_design_space.design.sight import *
+from rl_design_space.design.stage import *
 from rl_design_space.design.task import *
 from rl_design_space.design.world import *
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import Field
+from types import FunctionType
 from typing import Any
 
 #: Keys in the metadata of a field.
@@ -30,11 +31,16 @@ def is_listed(field: Field[Any], value: Any) -> bool:
     return bool(field.metadata.get(LISTED, True)) or value != field.metadata[ABSENT_AS]
 
 
-def is_shipped(kind: type) -> bool:
-    """Return whether a class is part of this package."""
+def is_shipped(kind: type | FunctionType) -> bool:
+    """Return whether a class or function is part of this package."""
     return kind.__module__.startswith("rl_design_space.")
 
 
-def full_name(kind: type) -> str:
+def full_name(kind: type | FunctionType) -> str:
     """Return the name of a class for messages; classes of other packages are named with their module."""
     return kind.__qualname__ if is_shipped(kind) else f"{kind.__module__}.{kind.__qualname__}"
+
+
+def function_name(function: Any) -> str:
+    """Return module and name of a function, as it is written in configs."""
+    return f"{function.__module__}.{function.__qualname__}"

@@ -15,7 +15,7 @@ class QLearning:
     """Q(s,a) ← Q(s,a) + α·(r + γ·max Q(s',·) - Q(s,a)), with the readings of what the paper leaves open.
 
     Attributes:
-        alpha: learning rate α.
+        alpha: learning rate α; with 0 nothing is learned.
         gamma: discount factor γ.
         initial_q: initial Q-value of every observation and action in a period.
         explore: actions that exploration draws from: all but the greedy one (`non_greedy`, which fits Table 4), or
@@ -26,7 +26,7 @@ class QLearning:
             Q(s,a) ← Q(s,a) + α·(r + γ·(max Q(s',·) - Q(s,a))).
     """
 
-    alpha: Annotated[float, Field(gt=0, le=1)] = 0.1
+    alpha: Annotated[float, Field(ge=0, le=1)] = 0.1
     gamma: Annotated[float, Field(ge=0, le=1)] = 0.9
     initial_q: float = 0.0
     explore: Literal["non_greedy", "all"] = "non_greedy"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -9,7 +10,9 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.design.actions import ActionSet, SeeingActions
+from rl_design_space.design.curriculum import Curriculum, Stages, stages_of
 from rl_design_space.design.exploration import Constant, Exploration
+from rl_design_space.design.identity import absent_as
 from rl_design_space.design.learner import QLearning
 from rl_design_space.design.msa import MultiStepActions
 from rl_design_space.design.representation import AdHoc, Representation
@@ -55,6 +58,7 @@ class DesignPoint:
         msa: actions of several steps, beside the primitive actions or in their place.
         reward: rewards of steps and goals.
         learner: learning rule and its parameters.
+        curriculum: stages of a period that differ in something and share one Q-matrix.
 
     Raises:
         pydantic.ValidationError: a choice is of the wrong kind, the goals do not fit the world, or the actions see
@@ -69,6 +73,7 @@ class DesignPoint:
     msa: Annotated[ActionSet, _Built] = MultiStepActions()
     reward: Annotated[Reward, _Built] = GoalReward()
     learner: QLearning = QLearning()
+    curriculum: Annotated[Curriculum, _Built] = field(default=Stages(), metadata=absent_as(Stages(), listed=False))
 
     @model_validator(mode="after")
     def _goals_fit_the_world(self) -> DesignPoint:
@@ -87,6 +92,11 @@ class DesignPoint:
             )
         if isinstance(self.msa, SeeingActions):
             self.msa.check(self.world, self.representation, self.task.goals)
+        return self
+
+    @model_validator(mode="after")
+    def _stages_fit_each_other(self) -> DesignPoint:
+        stages_of(self)
         return self
 
     if TYPE_CHECKING:

@@ -21,6 +21,9 @@ from rl_design_space.errors import ConfigError
 
 _LARGEST_CODE = int(np.iinfo(np.int64).max)
 
+#: More than any world has cells along a side; a prime number, because hash tables take the low bits of codes.
+_SIDES = 1_000_003
+
 #: Goals that an observation covers: those not yet reached, or all of them, as Table 2 counts them.
 _ObservedGoals = Literal["all", "remaining"]
 
@@ -53,6 +56,15 @@ class SizedRepresentation(Representation, Protocol):
 
     def spanned_size(self, world: World, n_goals: int) -> int:
         """Return the number of codes that `observation` can return; the largest code is one less."""
+        ...
+
+
+@runtime_checkable
+class PortableRepresentation(Representation, Protocol):
+    """A representation that numbers equal observations differently in other worlds, and can do without."""
+
+    def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        """Return codes as `observation` does, which mean the same in every world: what stages carry values by."""
         ...
 
 
@@ -127,6 +139,12 @@ class AdHoc:
         codes = np.arange(n_goals * cells, dtype=np.int64).reshape(n_goals, cells)
         return np.broadcast_to(codes, (*goals.shape[:-1], n_goals, cells))
 
+    def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        n_goals = goals.shape[-1]
+        y, x = np.divmod(np.arange(cell_count(world), dtype=np.int64), world.shape[0])
+        codes = (np.arange(n_goals, dtype=np.int64)[:, np.newaxis] * _SIDES + y) * _SIDES + x
+        return np.broadcast_to(codes, (*goals.shape[:-1], n_goals, cell_count(world)))
+
     def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
         counter, cell = np.divmod(codes, cell_count(world))
         nothing = unseen((n_goals, *codes.shape))
@@ -153,8 +171,10 @@ class Distance:
     goals: _ObservedGoals = "remaining"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
-        x, y = world.offset(goals)
-        return encode(np.abs(x) + np.abs(y), self._values(world), self.goals)
+        return self._encoded(world, goals, self._values(world))
+
+    def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        return self._encoded(world, goals, _largest_base(goals.shape[-1]))
 
     def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
         nothing = unseen((n_goals, *codes.shape))
@@ -167,9 +187,19 @@ class Distance:
     def spanned_size(self, world: World, n_goals: int) -> int:
         return int(self._values(world) ** n_goals * n_goals)
 
+    def _encoded(self, world: World, goals: IntArray, base: int) -> NDArray[np.int64]:
+        x, y = world.offset(goals)
+        return encode(np.abs(x) + np.abs(y), base, self.goals)
+
     @staticmethod
     def _values(world: World) -> int:
         return sum(world.reach) + 1
+
+
+def _largest_base(n_goals: int) -> int:
+    """Return the largest base whose codes of this many digits fit 63 bits."""
+    base = int((_LARGEST_CODE / n_goals) ** (1 / n_goals))
+    return next(each for each in range(base + 1, 0, -1) if each**n_goals * n_goals <= _LARGEST_CODE)
 
 
 #: Digits of directions, one byte each, because a simulation creates millions of them.

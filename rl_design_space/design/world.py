@@ -77,7 +77,8 @@ def _canonical_size(size: Any) -> int | tuple[int, int]:
 
 
 _Side = Annotated[int, Field(ge=2)]
-_Size = Annotated[
+#: Size of a grid: d for d×d cells, or (dx, dy).
+GridSize = Annotated[
     int | tuple[int, int],
     BeforeValidator(_canonical_size, json_schema_input_type=_Side | tuple[_Side, _Side]),
 ]
@@ -91,7 +92,7 @@ class _Grid(ABC):
         size: d for d×d cells, or [dx, dy].
     """
 
-    size: _Size = 10
+    size: GridSize = 10
 
     @property
     def shape(self) -> tuple[int, int]:

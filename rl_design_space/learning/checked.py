@@ -8,8 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray, IntArray
-from rl_design_space.design import WAIT, Behaviour, DesignPoint, MultiStepActions, cell_count, open_cells
-from rl_design_space.design.identity import full_name
+from rl_design_space.design import (
+    WAIT,
+    Behaviour,
+    CarryRule,
+    DesignPoint,
+    MultiStepActions,
+    PortableRepresentation,
+    Scene,
+    cell_count,
+    open_cells,
+)
+from rl_design_space.design.identity import full_name, function_name
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.controls import STOP, ActionTable
 
@@ -144,15 +154,47 @@ def observation_codes(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
         ConfigError: the representation returns codes of the wrong shape, type or range, or encodes digits that the base
             has no room for.
     """
+    return _codes(point, goals, "observation")
+
+
+def portable_codes(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
+    """Return the observations of the agent, as `observation_codes` does, by codes that mean the same in every world.
+
+    Raises:
+        ConfigError: the representation returns codes of the wrong shape, type or range, or encodes digits that the base
+            has no room for.
+    """
+    return _codes(
+        point, goals, "portable" if isinstance(point.representation, PortableRepresentation) else "observation"
+    )
+
+
+def _codes(point: DesignPoint, goals: IntArray, method: str) -> NDArray[np.int64]:
     representation, shape = point.representation, (*goals.shape, cell_count(point.world))
     try:
-        codes = representation.observation(point.world, goals)
+        codes = getattr(representation, method)(point.world, goals)
     except ConfigError as error:
         name = full_name(type(representation))
-        raise ConfigError(f"representation: {name}.observation() calls {error}") from error
-    _checked("representation", representation, "observation", codes, shape, np.int64, 0, _LARGEST_CODE)
+        raise ConfigError(f"representation: {name}.{method}() calls {error}") from error
+    _checked("representation", representation, method, codes, shape, np.int64, 0, _LARGEST_CODE)
     # Writable, too: the kernel would be compiled once more for arrays that are not.
     return np.require(codes, requirements=["C", "W"])
+
+
+def ancestors(rule: CarryRule, before: Scene, after: Scene) -> NDArray[np.int64]:
+    """Return the ancestors that a user's carry rule gives: (periods, n_goals, cells) int64, contiguous.
+
+    Raises:
+        ConfigError: the function returns an array of the wrong shape, type or range.
+    """
+    found, states = rule(before, after), before.codes[0].size
+    wanted = f"carry: {function_name(rule)}() should give whole numbers of shape {after.codes.shape}"
+    if not isinstance(found, np.ndarray) or found.shape != after.codes.shape or found.dtype.kind not in "iu":
+        told = f"{found.dtype} of shape {found.shape}" if isinstance(found, np.ndarray) else type(found).__name__
+        raise ConfigError(f"{wanted}, not {told}")
+    if found.size and (found.min() < -1 or found.max() >= states):
+        raise ConfigError(f"{wanted}, all from -1 to {states - 1}; it gives {found.min()} to {found.max()}")
+    return np.ascontiguousarray(found, dtype=np.int64)
 
 
 def _checked(

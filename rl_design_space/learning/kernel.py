@@ -158,7 +158,7 @@ def learn(
                 start = index(layout[period, 0])
                 begin_trial(numbers, values, q, entries, lane, trial + 1, start, threshold, observations, limits)
             else:
-                end_period(numbers, q, index(lane), observations, limits, rules.initial_q, rows, period)
+                end_period(lanes, index(lane), limits, rules.initial_q, rows, period)
                 # The last lane replaces it; in this loop it was processed before.
                 running -= 1
                 swap(numbers, values, lane, running)

@@ -18,10 +18,14 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.learning.numbering import slot_count
 
 #: Maximum number of lanes: enough to hide all latencies, few enough that the Q-matrices stay in the cache. Not a power
 #: of two, so that the columns do not compete for the same cache sets.
 LANES = 24
+#: Maximum bytes of the Q-matrices of all lanes of a thread, so that they stay in the cache of the processor; number of
+#: lanes that are used even if they exceed it, because fewer would not hide latencies; maximum bytes for those.
+_CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
 #: Number of lanes that are rounded up to for vector instructions; up to `FEW` lanes are faster without them.
 WIDTH, FEW = 8, 4
 
@@ -74,6 +78,9 @@ class Lanes(NamedTuple):
         controls: (lanes, n_goals · cells · width of a row) uint32, by row and action, if actions follow a table: the
             step that the action makes there, whether it stops on arriving, and what it perceives; see `action_tables`.
         known_codes, known_rows: int64 and int32, a hash table from observation codes to rows.
+        kept: (periods, n_goals · cells · width of a row) float64, the Q-matrices that periods begin with and, after
+            they have ended, end with, see `StagedLearning`. Without any, all values begin as `initial_q`.
+        states: (periods, 4) uint64, of as many periods: the state of the random generator at their end.
     """
 
     running: NDArray[np.int64]
@@ -88,6 +95,8 @@ class Lanes(NamedTuple):
     controls: NDArray[np.uint32]
     known_codes: NDArray[np.int64]
     known_rows: NDArray[np.int32]
+    kept: FloatArray
+    states: NDArray[np.uint64]
 
 
 def _aligned(shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray[Any]:
@@ -104,7 +113,22 @@ def row_width(n_actions: int) -> int:
     return (n_actions + 3) // 4 * 4
 
 
-def empty_lanes(lanes: int, observations: int, limits: tuple[int, ...], *, tabulated: bool = False) -> Lanes:
+def side_by_side(periods: int, threads: int, bytes_each: int) -> int:
+    """Return the number of lanes of each thread."""
+    cached = min(LANES, _CACHED_BYTES // bytes_each)
+    lanes = max(_ENOUGH_LANES, cached - cached % WIDTH)
+    return max(1, min(lanes, _LARGEST_BYTES // bytes_each, -(-periods // threads)))
+
+
+def empty_lanes(
+    lanes: int,
+    observations: int,
+    limits: tuple[int, ...],
+    *,
+    tabulated: bool = False,
+    kept: FloatArray | None = None,
+    states: NDArray[np.uint64] | None = None,
+) -> Lanes:
     """Return lanes of which none is running.
 
     Args:
@@ -112,12 +136,13 @@ def empty_lanes(lanes: int, observations: int, limits: tuple[int, ...], *, tabul
         observations: n_goals · cells, of a period.
         limits: the most steps of each action.
         tabulated: whether actions follow a table.
+        kept: see `Lanes`; none if not given.
+        states: see `Lanes`; none if not given.
     """
     numbers = _aligned((COLUMNS * LANES,), np.uint64)
     numbers[int(HOME) : int(HOME) + LANES] = np.arange(LANES)
     n_actions, longest, width = len(limits), max(limits), row_width(len(limits))
-    # At least half empty, so that a look-up takes few probes.
-    slots = 1 << (2 * observations - 1).bit_length()
+    slots = slot_count(observations)
     return Lanes(
         running=np.zeros(1, dtype=np.int64),
         numbers=numbers,
@@ -131,4 +156,6 @@ def empty_lanes(lanes: int, observations: int, limits: tuple[int, ...], *, tabul
         controls=np.empty((lanes, observations * width * tabulated), dtype=np.uint32),
         known_codes=np.empty(slots, dtype=np.int64),
         known_rows=np.empty(slots, dtype=np.int32),
+        kept=np.empty((0, 0)) if kept is None else kept,
+        states=np.empty((0, 4), dtype=np.uint64) if states is None else states,
     )

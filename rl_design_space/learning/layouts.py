@@ -10,16 +10,17 @@ from rl_design_space.learning.checked import places
 from rl_design_space.learning.streams import layouts
 
 
-def layouts_of(point: DesignPoint, periods: int | None = None) -> NDArray[np.int32]:
+def layouts_of(point: DesignPoint, periods: int | None = None, number: int = 0) -> NDArray[np.int32]:
     """Return start and goals of each period: (periods, 1 + n_goals) cell numbers, distinct in a row.
 
     Args:
         point: the design point.
         periods: number of periods, from the first; all if None.
+        number: of the layout among those that a period has one after the other.
 
     Raises:
         ConfigError: the world has too few open cells, or returns them in a wrong form.
     """
     cells = places(point)
-    drawn = layouts(point.seed, len(cells), point.task.goals, point.task.periods if periods is None else periods)
-    return cells[drawn]
+    periods = point.task.periods if periods is None else periods
+    return cells[layouts(point.seed, len(cells), point.task.goals, periods, number)]

@@ -43,8 +43,8 @@ class Periods(Protocol):
         ...
 
     @property
-    def side(self) -> float:
-        """Cells along each side of the grid; NaN if it is not square, or not known."""
+    def scaled_steps(self) -> FloatArray:
+        """(periods,) steps of all trials in steps of a 10×10 grid; NaN if a grid is not square, or not known."""
         ...
 
 

@@ -77,7 +77,7 @@ MEASURES: Mapping[str, Measure] = {
     "total_steps": PeriodMeasure("steps of all trials of a period", lambda periods: periods.total_steps),
     "total_steps_scaled": PeriodMeasure(
         "total steps · 10/d, steps of equal length on square grids of any size d",
-        lambda periods: scaled_to_equal_steps(periods.total_steps, periods.side),
+        lambda periods: periods.scaled_steps,
     ),
     "late_steps": PeriodMeasure(
         "steps of a trial in the second half of the trials", lambda periods: second_half(periods.steps)

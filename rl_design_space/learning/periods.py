@@ -25,6 +25,7 @@ from rl_design_space.learning.lanes import (
     row_width,
 )
 from rl_design_space.learning.moving import see
+from rl_design_space.learning.numbering import bits_of, slot_of
 
 
 @compiled
@@ -33,18 +34,12 @@ def number(codes, first, stride, numbered, known_codes, known_rows):
 
     At most n_goals · cells observations occur in a period, however many codes there are.
     """
-    mask = len(known_rows) - 1
-    bits = 0
-    while mask >> bits:
-        bits += 1
+    bits = bits_of(known_rows)
     known_rows[:] = -1
     count = 0
     for at in range(len(codes)):
         code = codes[at]
-        # Consecutive codes get consecutive slots.
-        slot = (code + (code >> bits) * 0x9E3779B1) & mask
-        while known_rows[slot] >= 0 and known_codes[slot] != code:
-            slot = (slot + 1) & mask
+        slot = slot_of(code, known_codes, known_rows, bits)
         if known_rows[slot] < 0:
             known_rows[slot] = count
             known_codes[slot] = code
@@ -72,7 +67,7 @@ def _mark_goals(layout, entries):
 
 @compiled
 def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, rows, taken, table):
-    """Begin a period in a lane, with a new Q-matrix."""
+    """Begin a period in a lane, with a new Q-matrix, or with the one that is kept for it."""
     home = np.int64(lanes.numbers[HOME + lane])
     first = home * lanes.q.shape[1]
     width = row_width(len(limits))
@@ -84,24 +79,32 @@ def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, r
         enter_controls(table.controls[taken], marks, entries, first, lanes.controls[home])
     _mark_goals(layout, entries)
     rows[period, 0] = n_rows
-    lanes.q[home, : n_rows * width] = initial_q
+    if len(lanes.kept):
+        lanes.q[home, : n_rows * width] = lanes.kept[period, : n_rows * width]
+    else:
+        lanes.q[home, : n_rows * width] = initial_q
     lanes.numbers[PERIOD + lane] = period
     for word in range(4):
         lanes.numbers[S0 + index(word * LANES) + lane] = state[word]
 
 
 @compiled
-def end_period(numbers, q, lane, observations, limits, initial_q, rows, period):
-    """Count the rows of a lane's Q-matrix whose values learning has changed."""
-    width = row_width(len(limits))
-    first = np.int64(numbers[HOME + lane] * observations) * width
+def end_period(lanes, lane, limits, initial_q, rows, period):
+    """Count the rows of a lane's Q-matrix whose values learning has changed; keep it for the next stage, if any."""
+    q = lanes.q[np.int64(lanes.numbers[HOME + lane])]
+    width, is_kept = row_width(len(limits)), len(lanes.kept) > 0
     learned = 0
     for row in range(rows[period, 0]):
-        for action in range(len(limits)):
-            if q[first + row * width + action] != initial_q:
-                learned += 1
-                break
+        changed = False
+        for at in range(row * width, (row + 1) * width):
+            changed |= q[at] != (lanes.kept[period, at] if is_kept else initial_q)
+            if is_kept:
+                lanes.kept[period, at] = q[at]
+        learned += changed
     rows[period, 1] = learned
+    if is_kept:
+        for word in range(4):
+            lanes.states[period, word] = lanes.numbers[S0 + index(word * LANES) + lane]
 
 
 @compiled

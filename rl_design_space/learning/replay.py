@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.design import DesignPoint, cell_count, stages_of
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.checked import action_table, behaviour_of, observation_codes
 from rl_design_space.learning.kernel import learn
@@ -89,10 +89,12 @@ class Replayer:
         point: the design point.
 
     Raises:
-        ConfigError: an option returns a table that violates its contract.
+        ConfigError: an option returns a table that violates its contract, or periods have several stages.
     """
 
     def __init__(self, point: DesignPoint) -> None:
+        if stages_of(point):
+            raise ConfigError("curriculum: only periods of one stage can be learned again to look inside")
         self.point = point
         self._tables = learning_tables(point)
         self._layouts = layouts_of(point)

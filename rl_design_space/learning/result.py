@@ -14,7 +14,17 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.learning.archive import read_arrays, write_arrays
-from rl_design_space.learning.measures import FINAL_TRIALS, MEASURES, SCALARS, scaled_to_equal_steps
+from rl_design_space.learning.measures import MEASURES, SCALARS, scaled_to_equal_steps
+from rl_design_space.learning.stage_record import (
+    STAGE_CURVE,
+    StageRecord,
+    bounds,
+    by_trial,
+    filed,
+    of_file,
+    stage_curve,
+    stage_scalars,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,6 +52,8 @@ class LearningCurves:
         seconds: wall time of learning; NaN if it is not known.
         known_point: see `point`; None where the components of the point cannot be built.
         known_side: see `side`; None where the point tells it.
+        stages: the stages of periods that have several, with their trials one after the other; `optimum` and `rows` are
+            then those of the last one.
         inside: Q-matrices, visits and paths of periods by number, if `simulate` was asked to keep them; not saved.
     """
 
@@ -53,6 +65,7 @@ class LearningCurves:
     seconds: float = math.nan
     known_point: DesignPoint | None = None
     known_side: float | None = None
+    stages: tuple[StageRecord, ...] = ()
     inside: Mapping[int, Replay] = field(default_factory=dict)
 
     @property
@@ -67,19 +80,11 @@ class LearningCurves:
         return self.known_point
 
     def __repr__(self) -> str:
-        periods, trials = self.steps.shape
-        error = f" ± {self._standard_error:,.0f} (standard error)" if periods > 1 else ""
-        solved = int(self.success.all(axis=1).sum())
+        from rl_design_space.learning.result_frame import text_of
+
         final = MEASURES["final_steps_over_optimum"].each(self)
         assert final is not None
-        lines = (
-            f"LearningCurves of {periods} periods × {trials} trials",
-            f"  total steps   {self.total_steps.mean():,.0f}{error} a period",
-            f"  success       {self.success.mean():.2%} of trials; every trial in {solved} of {periods} periods",
-            f"  final policy  {final.mean():.2f} × the optimum, last {min(FINAL_TRIALS, trials)} trials",
-            f"  seconds       {self.seconds:.3f}",
-        )
-        return "\n".join(lines)
+        return text_of(self, self._standard_error if len(self.steps) > 1 else None, float(final.mean()))
 
     def first(self, periods: int) -> LearningCurves:
         """Return the result of the first periods: what the same point with fewer of them gives, bit for bit.
@@ -90,15 +95,8 @@ class LearningCurves:
         if not 1 <= periods <= len(self.steps):
             raise ValueError(f"periods={periods}: should be from 1 to {len(self.steps)}")
         point = self.known_point and replace(self.known_point, task=replace(self.known_point.task, periods=periods))
-        return replace(
-            self,
-            steps=self.steps[:periods],
-            success=self.success[:periods],
-            optimum=self.optimum[:periods],
-            rows=self.rows[:periods],
-            seconds=self.seconds * periods / len(self.steps),
-            known_point=point,
-        )
+        seconds = self.seconds * periods / len(self.steps)
+        return replace(self.of_periods(slice(periods)), seconds=seconds, known_point=point)
 
     @cached_property
     def total_steps(self) -> FloatArray:
@@ -107,10 +105,26 @@ class LearningCurves:
         return total
 
     @cached_property
+    def optima(self) -> NDArray[np.int32]:
+        """(periods, trials) fewest steps possible, or (periods, 1) if they are the same in all trials."""
+        if not self.stages:
+            return self.optimum[:, np.newaxis]
+        return by_trial(self.stages, [stage.optimum for stage in self.stages])
+
+    @cached_property
     def over_optimum(self) -> FloatArray:
         """(periods, trials) steps / optimum."""
-        ratio: FloatArray = self.steps / self.optimum[:, np.newaxis]
+        ratio: FloatArray = self.steps / self.optima
         return ratio
+
+    @cached_property
+    def scaled_steps(self) -> FloatArray:
+        """(periods,) total steps · 10/d, steps of equal length on square grids of any size d; NaN on others."""
+        if not self.stages:
+            return np.asarray(scaled_to_equal_steps(self.total_steps, self.side))
+        sides = by_trial(self.stages, [stage.side for stage in self.stages])
+        scaled: FloatArray = scaled_to_equal_steps(self.steps, sides).sum(axis=1)
+        return scaled
 
     @property
     def side(self) -> float:
@@ -131,7 +145,29 @@ class LearningCurves:
             "steps/over_optimum": self.over_optimum.mean(axis=0),
             "success_rate": self.success.mean(axis=0),
             "epsilon": self.epsilon,
+            **({STAGE_CURVE: stage_curve(self.stages)} if self.stages else {}),
         }
+
+    def stage(self, number: int) -> LearningCurves:
+        """Return the result of one stage alone, the first of which has number 1.
+
+        Raises:
+            LookupError: there is no such stage.
+        """
+        if not 1 <= number <= len(self.stages):
+            raise LookupError(f"stage {number}: this result has {len(self.stages)} stages")
+        stage, trials = self.stages[number - 1], bounds(self.stages)[number - 1]
+        share = stage.trials / self.steps.shape[1]
+        return LearningCurves(
+            self.steps[:, trials], self.success[:, trials], stage.optimum, stage.rows, self.epsilon[trials],
+            self.seconds * share, known_side=stage.side,
+        )  # fmt: skip
+
+    def of_periods(self, some: Any) -> LearningCurves:
+        """Return the result of some of the periods, which an index of arrays selects."""
+        stages = tuple(stage.of_periods(some) for stage in self.stages)
+        arrays = {name: getattr(self, name)[some] for name in ("steps", "success", "optimum", "rows")}
+        return replace(self, **arrays, stages=stages)
 
     def to_frame(self, *, periods: bool = False) -> pd.DataFrame:
         """Return a tidy frame.
@@ -143,22 +179,9 @@ class LearningCurves:
             trial and every learning curve by its name; or period, trial, steps, success, the period's optimum, and
             epsilon, the periods one after the other.
         """
-        import pandas as pd
+        from rl_design_space.learning.result_frame import frame_of
 
-        n_periods, n_trials = self.steps.shape
-        trial = np.arange(n_trials)
-        if not periods:
-            return pd.DataFrame({"trial": trial, **self.curves})
-        return pd.DataFrame(
-            {
-                "period": np.repeat(np.arange(n_periods), n_trials),
-                "trial": np.tile(trial, n_periods),
-                "steps": self.steps.ravel(),
-                "success": self.success.ravel(),
-                "optimum": np.repeat(self.optimum, n_trials),
-                "epsilon": np.tile(self.epsilon, n_periods),
-            }
-        )
+        return frame_of(self, periods=periods)
 
     def scalars(self, shape: tuple[int, int] | None = None) -> dict[str, float]:
         """Return the numbers that are recorded of a point; those that are not defined are left out.
@@ -173,6 +196,7 @@ class LearningCurves:
             failed_trials, failed_periods: share of trials, and of periods with a trial, that missed the final goal.
             final_steps_over_optimum: mean of steps / optimum over the last `FINAL_TRIALS` trials.
             env_steps_per_second: steps learned a second.
+            stage2/total_steps, …: the same of each stage; its mean optimum, and the share of rows with carried values.
         """
         values = {"env_steps_per_second": float(self.total_steps.sum() / self.seconds)}
         if len(self.steps) > 1:
@@ -182,8 +206,11 @@ class LearningCurves:
             each = MEASURES[name].each(self)
             assert each is not None
             values[name] = float(each.mean())
-        values["total_steps_scaled"] = scaled_to_equal_steps(values["total_steps"], side)
-        return {name: values[name] for name in SCALARS if name in values and not math.isnan(values[name])}
+        values["total_steps_scaled"] = (
+            float(self.scaled_steps.mean()) if self.stages else scaled_to_equal_steps(values["total_steps"], side)
+        )
+        known = {name: values[name] for name in SCALARS if name in values and not math.isnan(values[name])}
+        return known | stage_scalars(self.stages, lambda number: self.stage(number).scalars())
 
     def save(self, file: Path | BinaryIO, *, keep: Kept = "periods", compress: bool = True) -> None:
         """Write the result as an .npz file, the same bytes for the same result; without its point and its seconds.
@@ -202,7 +229,8 @@ class LearningCurves:
         }
         curves = self.curves if compress else {"epsilon": self.epsilon}
         named = {f"{_CURVE}{name}": curve for name, curve in curves.items()}
-        write_arrays(file, {**(periods if keep == "periods" else {}), **named}, compress=compress)
+        kept = {**periods, **filed(self.stages)} if keep == "periods" else {}
+        write_arrays(file, {**kept, **named}, compress=compress)
 
     @classmethod
     def load(cls, file: Path | BinaryIO, point: DesignPoint | None = None, seconds: float = math.nan) -> LearningCurves:
@@ -241,7 +269,7 @@ class LearningCurves:
             raise LookupError("this file holds the learning curves alone, not the periods")
         steps = arrays["steps"].astype(np.int32)
         success, optimum, rows, epsilon = (arrays[name] for name in ("success", "optimum", "rows", "epsilon"))
-        return cls(steps, success, optimum, rows, epsilon, seconds, point, side)
+        return cls(steps, success, optimum, rows, epsilon, seconds, point, side, of_file(arrays))
 
     @classmethod
     def found(cls, arrays: Mapping[str, NDArray[Any]], size: Any) -> LearningCurves | None:

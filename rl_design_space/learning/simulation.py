@@ -2,38 +2,33 @@
 
 from __future__ import annotations
 
-import math
-from collections import deque
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from threading import Lock
-from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.design import DesignPoint, cell_count, stages_of
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.checked import action_table, observation_codes
 from rl_design_space.learning.controls import ActionTable, no_table
 from rl_design_space.learning.cores import available_threads
+from rl_design_space.learning.joint import JointLearning
 from rl_design_space.learning.kernel import learn
-from rl_design_space.learning.lanes import LANES, WIDTH, Lanes, empty_lanes, row_width
+from rl_design_space.learning.lanes import Lanes, empty_lanes, row_width, side_by_side
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
 from rl_design_space.learning.precision import next_stage
 from rl_design_space.learning.replay import Part, check_periods, checked_parts, replays
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.learning.stages import StagedLearning
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
 
 #: Observation codes computed at a time per thread: few enough to stay in the cache, enough to make up for the call.
 _CODES_IN_FLIGHT = 24_000
-#: Maximum bytes of the Q-matrices of all lanes of a thread, so that they stay in the cache of the processor; number of
-#: lanes that are used even if they exceed it, because fewer would not hide latencies; maximum bytes for those.
-_CACHED_BYTES, _ENOUGH_LANES, _LARGEST_BYTES = 2**22, 6, 2**28
 
 
 def simulate(
@@ -73,7 +68,7 @@ def simulate(
 
 def _learned(point: DesignPoint, threads: int, begun: LearningCurves | None) -> LearningCurves:
     """Learn a fixed number of periods."""
-    learning = Learning(point, threads, begun)
+    learning = learning_of(point, threads, begun)
     with ThreadPoolExecutor(threads) as pool:
         for _ in range(threads - 1):
             pool.submit(learning.work)
@@ -85,8 +80,25 @@ def _learned(point: DesignPoint, threads: int, begun: LearningCurves | None) -> 
     return learning.curves()
 
 
-class Learning:
-    """The learning of a fixed number of periods, which threads can join while periods are left to begin.
+def learning_of(point: DesignPoint, threads: int = 1, begun: LearningCurves | None = None) -> JointLearning:
+    """Return the learning of a fixed number of periods, which several threads can join.
+
+    Args:
+        point: the design point.
+        threads: expected number of threads. The result depends neither on it nor on the actual number.
+        begun: a result of the same point with fewer periods, which are not learned again.
+
+    Raises:
+        ValueError: `begun` is not a result of the first periods of this point.
+        ConfigError: an option returns a table that violates its contract, a goal cannot be reached, or the results
+            need more memory than there is.
+    """
+    stages = stages_of(point)
+    return StagedLearning(point, stages, threads, begun) if stages else Learning(point, threads, begun)
+
+
+class Learning(JointLearning):
+    """The learning of a fixed number of periods of one stage.
 
     Args:
         point: the design point.
@@ -100,7 +112,8 @@ class Learning:
     """
 
     def __init__(self, point: DesignPoint, threads: int = 1, begun: LearningCurves | None = None) -> None:
-        task, cells = point.task, cell_count(point.world)
+        super().__init__(task := point.task, begun)
+        cells = cell_count(point.world)
         check_memory(task)
         self._point = point
         self._tables = learning_tables(point)
@@ -110,54 +123,15 @@ class Learning:
         self._steps = np.empty((task.periods, task.trials), dtype=np.int32)
         self._success = np.empty((task.periods, task.trials), dtype=np.bool_)
         self._rows = np.empty((task.periods, 2), dtype=np.int32)
-        self._begun = begun
         first = self._copy(begun) if begun else 0
         self._observations, width = task.goals * cells, row_width(len(self._tables.limits))
         bytes_each = (8 if point.msa.repeats else 12) * self._observations * width
-        self._lanes = _side_by_side(task.periods - first, threads, bytes_each)
-        self._shares = deque(_shares(first, task.periods, threads, self._lanes, self._observations))
+        self._lanes = side_by_side(task.periods - first, threads, bytes_each)
         self._nothing = np.empty((0, task.goals, cells), dtype=np.int64)
         self._no_table = None if point.msa.repeats else no_table(self._observations, len(self._tables.limits))
-        self._lock = Lock()
-        self._working = 0
-        self._error: BaseException | None = None
         # Without periods: this compiles, or loads compiled code, outside the measured time.
         self._learn(self._nothing, self._no_table, 0, self._empty_lanes(1), drain=True)
-        self._started = self._ended = perf_counter()
-
-    @property
-    def has_work(self) -> bool:
-        """Whether periods are left to begin."""
-        return bool(self._shares)
-
-    def work(self) -> bool:
-        """Learn, together with all other threads that call this, until no period is left to begin.
-
-        Returns:
-            Whether this call has completed the learning: True once, for the last thread that ends.
-        """
-        with self._lock:
-            if not self._shares:
-                return False
-            self._working += 1
-        try:
-            self._work()
-        except BaseException as error:
-            self._error = self._error or error
-            self._shares.clear()
-            if not isinstance(error, Exception):
-                raise
-        finally:
-            with self._lock:
-                self._working -= 1
-                last = not self._working and not self._shares
-                self._ended = perf_counter()
-        return last
-
-    def stop(self) -> None:
-        """Begin no more periods, so that all threads end soon."""
-        self._error = self._error or RuntimeError("learning was stopped")
-        self._shares.clear()
+        self.begin(_shares(first, task.periods, threads, self._lanes, self._observations))
 
     def curves(self) -> LearningCurves:
         """Return the result, after the learning is complete.
@@ -165,44 +139,21 @@ class Learning:
         Raises:
             Exception: the error that stopped the learning.
         """
-        if self._error:
-            raise self._error
+        seconds = self.seconds()
         return LearningCurves(
-            self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, self._seconds(), self._point
+            self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds, self._point
         )
 
     def _copy(self, begun: LearningCurves) -> int:
         """Copy the result of the first periods; return their number."""
-        first, trials = len(begun.steps), begun.steps.shape[1]
-        # The optimum tells apart layouts, and so seeds, worlds and numbers of goals.
-        if (
-            first >= len(self._steps)
-            or trials != self._steps.shape[1]
-            or not (
-                np.array_equal(begun.optimum, self._optimum[:first])
-                and np.array_equal(begun.epsilon, self._tables.epsilon)
-            )
-        ):
-            raise ValueError(
-                f"begun: a result of {first} periods of {trials} trials, which are not the first periods of this point"
-            )
+        first = self.check(begun, self._optimum, self._tables.epsilon)
         self._steps[:first], self._success[:first], self._rows[:first] = begun.steps, begun.success, begun.rows
         return first
-
-    def _seconds(self) -> float:
-        """Return the wall time of all periods; of those that were learned before at the same rate if it is unknown."""
-        seconds = self._ended - self._started
-        if self._begun is None:
-            return seconds
-        if not math.isnan(self._begun.seconds):
-            return self._begun.seconds + seconds
-        new = len(self._steps) - len(self._begun.steps)
-        return seconds * len(self._steps) / new if new else seconds
 
     def _work(self) -> None:
         """Learn shares until none is left; their periods overlap, so that no lane is idle in between."""
         lanes = self._empty_lanes(self._lanes)
-        while (share := _next(self._shares)) is not None:
+        while (share := self.next_share()) is not None:
             goals = self._layouts[share, 1:]
             codes = observation_codes(self._point, goals)
             self._learn(codes, action_table(self._point, goals, codes), share.start, lanes, drain=False)
@@ -220,21 +171,6 @@ class Learning:
             tables.next_cell, tables.limits, tables.threshold, tables.rules, codes, first, self._layouts,
             self._generator, lanes, drain, self._steps, self._success, self._rows, table,
         )  # fmt: skip
-
-
-def _next(shares: deque[slice]) -> slice | None:
-    """Take a share; None if there is none. Checking first would let another thread take it in between."""
-    try:
-        return shares.popleft()
-    except IndexError:
-        return None
-
-
-def _side_by_side(periods: int, threads: int, bytes_each: int) -> int:
-    """Return the number of lanes of each thread."""
-    cached = min(LANES, _CACHED_BYTES // bytes_each)
-    lanes = max(_ENOUGH_LANES, cached - cached % WIDTH)
-    return max(1, min(lanes, _LARGEST_BYTES // bytes_each, -(-periods // threads)))
 
 
 def _shares(first: int, periods: int, threads: int, side_by_side: int, codes_each: int) -> list[slice]:

@@ -1,8 +1,9 @@
-"""Random streams: for each period one for its layout and one for the agent's behaviour.
+"""Random streams: for each period one for each of its layouts and one for the agent's behaviour.
 
-The layout stream depends on seed and period alone, so all design points of equal size have the same starts and goals
-(common random numbers) and comparisons are paired. `SeedSequence` is the only part of NumPy's random module in use,
-because its output is guaranteed never to change between versions.
+Stream 0 is that of the first layout, 1 of behaviour, 2 and more of the layouts that stages draw then. Layout streams
+depend on seed and period alone, so all design points of equal size have the same starts and goals (common random
+numbers) and comparisons are paired. `SeedSequence` is the only part of NumPy's random module in use, because its output
+is guaranteed never to change between versions.
 """
 
 from __future__ import annotations
@@ -54,6 +55,12 @@ def _hashed(words: Words, constant: int, multiplier: int) -> tuple[Words, int]:
     return product ^ (product >> np.uint32(16)), following
 
 
+def below(words: NDArray[np.uint64], limit: int) -> NDArray[np.int32]:
+    """Return a number in 0 … limit - 1 for each random word: the upper 64 bits of word · limit."""
+    factor = np.uint64(limit)
+    return (((words >> _32) * factor + ((words & np.uint64(0xFFFFFFFF)) * factor >> _32)) >> _32).astype(np.int32)
+
+
 def _distinct(words: NDArray[np.uint64], cells: int) -> NDArray[np.int32]:
     """Return the beginning of a Fisher-Yates shuffle of the cells: (periods, count), distinct in a row."""
     shuffled = np.empty(words.shape, dtype=np.int32)
@@ -66,22 +73,31 @@ def _distinct(words: NDArray[np.uint64], cells: int) -> NDArray[np.int32]:
         return found
 
     for position, column in enumerate(words.T):
-        left = np.uint64(cells - position)
-        # The upper 64 bits of column · left.
-        drawn = ((column >> _32) * left + ((column & np.uint64(0xFFFFFFFF)) * left >> _32)) >> _32
-        places = position + drawn.astype(np.int32)
+        places = position + below(column, cells - position)
         shuffled[:, position] = content(places)
         exchanged.append((places, content(np.full_like(places, position))))
     return shuffled
 
 
 @lru_cache(maxsize=32)
-def layouts(seed: int, cells: int, n_goals: int, periods: int) -> NDArray[np.int32]:
+def layouts(seed: int, cells: int, n_goals: int, periods: int, number: int = 0) -> NDArray[np.int32]:
     """Return start and goals of every period: (periods, 1 + n_goals) int32 cell numbers, distinct in a row.
 
     The start and the first goals of a period do not depend on the number of goals.
+
+    Args:
+        seed: of the point.
+        cells: number of cells.
+        n_goals: number of goals.
+        periods: number of periods.
+        number: of the layout among those that a period has one after the other.
     """
-    return _frozen(_distinct(random_words(seed, _LAYOUT, periods, 1 + n_goals), cells))
+    return _frozen(_distinct(layout_words(seed, periods, 1 + n_goals, number), cells))
+
+
+def layout_words(seed: int, periods: int, count: int, number: int) -> NDArray[np.uint64]:
+    """Return random words of a layout of every period, (periods, count): of the stream with its number, see above."""
+    return random_words(seed, _BEHAVIOUR + number if number else _LAYOUT, periods, count)
 
 
 @lru_cache(maxsize=32)

@@ -12,10 +12,12 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib.machinery import ModuleSpec
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 from rl_design_space.config.own_modules import source_of
-from rl_design_space.design.identity import full_name, is_shipped
+from rl_design_space.design import Stage
+from rl_design_space.design.identity import full_name, function_name, is_shipped
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.source_files import code, modules_beside
 
@@ -25,16 +27,18 @@ VERSION = "__version__"
 _SHOWN_DIGITS = 12
 
 
-def code_identity(kind: type) -> str:
-    """Return the identity of a class's code: `version 2` if it declares a version, else `sha256:…` over its source.
+def code_identity(kind: type | FunctionType) -> str:
+    """Return the identity of the code of a class or function: `version 2` if it declares one, else `sha256:…`.
 
-    The source is that of the class's module and of the modules that it imports from the same folder, see
+    The latter is a digest of the source of its module and of the modules that it imports from the same folder, see
     `modules_beside`, without comments and blank lines.
 
     Raises:
-        ConfigError: the class has no readable source and declares no version, the version is not allowed, or Python
-            has imported the class from an outdated bytecode file.
+        ConfigError: it has no readable source and declares no version, the version is not allowed, Python has imported
+            it from an outdated bytecode file, or a function has no name in its module.
     """
+    if isinstance(kind, FunctionType) and "<" in kind.__qualname__:
+        raise ConfigError(f"{function_name(kind)}: should be a function of a module, which its name identifies")
     version = vars(kind).get(VERSION)
     if version is None:
         return f"sha256:{_source_digest(kind)}"
@@ -45,16 +49,31 @@ def code_identity(kind: type) -> str:
 
 def source_parameters(component: Any, key: str) -> Iterator[tuple[str, str]]:
     """Yield `KEY.source` and a shortened code identity for each user component in a component, itself included."""
+    if isinstance(component, tuple):
+        for number, part in enumerate(component, 1):
+            yield from source_parameters(part, f"{key}.{number}")
+        return
+    if isinstance(component, Stage):
+        for name, value in component.changes:
+            yield from source_parameters(value, f"{key}.{name}")
+        yield from source_parameters(component.carry, f"{key}.carry")
+        return
+    if isinstance(component, FunctionType):
+        yield f"{key}.source", _shown(component)
     if not is_dataclass(component) or isinstance(component, type):
         return
     if not is_shipped(type(component)):
-        kind, colon, digest = code_identity(type(component)).partition(":")
-        yield f"{key}.source", kind + colon + digest[:_SHOWN_DIGITS]
+        yield f"{key}.source", _shown(type(component))
     for field in fields(component):
         yield from source_parameters(getattr(component, field.name), f"{key}.{field.name}")
 
 
-def _source_digest(kind: type) -> str:
+def _shown(kind: type | FunctionType) -> str:
+    kind_of, colon, digest = code_identity(kind).partition(":")
+    return kind_of + colon + digest[:_SHOWN_DIGITS]
+
+
+def _source_digest(kind: type | FunctionType) -> str:
     module = sys.modules.get(kind.__module__)
     file = getattr(module, "__file__", None)
     try:

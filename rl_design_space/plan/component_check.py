@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
+from itertools import pairwise
+from types import FunctionType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.design import DesignPoint
-from rl_design_space.design.identity import full_name, is_shipped
+from rl_design_space.design import DesignPoint, stages_of
+from rl_design_space.design.identity import full_name, function_name, is_shipped
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import checked
 from rl_design_space.learning.layouts import layouts_of
+from rl_design_space.learning.stage_layouts import StageScene, stage_layouts
 from rl_design_space.learning.ways import missing_way
 
 #: Arrays that components return, by choice, class and method.
@@ -38,6 +41,11 @@ class ComponentCheck:
         Raises:
             ConfigError: a component breaks its contract, or some goals of a world cannot be reached.
         """
+        stages = stages_of(point)
+        for stage in stages:
+            self(stage.point)
+            if isinstance(stage.carry, FunctionType):
+                self._run(_ancestors, point, (stage.carry,), *stages)
         task, world = point.task, point.world
         self._run(_world, point, (world,), task.goals)
         self._run(_schedule, point, (point.exploration,), task.trials)
@@ -47,7 +55,7 @@ class ComponentCheck:
         self._run(_codes, point, (point.representation, world), task.goals)
 
     def _run(
-        self, tables: Callable[[DesignPoint], _Tables], point: DesignPoint, components: tuple[Any, ...], *more: int
+        self, tables: Callable[[DesignPoint], _Tables], point: DesignPoint, components: tuple[Any, ...], *more: Any
     ) -> None:
         own = [type(component) for component in components if not is_shipped(type(component))]
         if not own or not self._is_new(own, (tables, *components, *more)):
@@ -132,3 +140,16 @@ def _codes(point: DesignPoint) -> _Tables:
     codes = checked.observation_codes(point, layouts_of(point, periods=2)[:, 1:])
     names = f"{full_name(type(point.representation))}.observation() in {full_name(type(point.world))}"
     return {f"representation: {names}": codes}
+
+
+def _ancestors(point: DesignPoint) -> _Tables:
+    stages = stages_of(point)
+    scenes = [
+        StageScene(stage.point.world, layout[:, 1:], checked.portable_codes(stage.point, layout[:, 1:]))
+        for stage, layout in zip(stages, stage_layouts(point, stages, periods=2), strict=True)
+    ]
+    return {
+        f"carry: {function_name(stage.carry)}()": checked.ancestors(stage.carry, before, after)
+        for stage, (before, after) in zip(stages[1:], pairwise(scenes), strict=True)
+        if isinstance(stage.carry, FunctionType)
+    }

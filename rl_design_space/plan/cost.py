@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from rl_design_space.design import DesignPoint, cell_count
+from rl_design_space.design import DesignPoint, cell_count, stages_of
 
 #: Steps per goal until it is found and the way to it is learned: _FIRST · cells^_GROWTH. Steps per goal and trial after
 #: that: _OVER · the mean distance between two cells. Fitted to Table 4; other choices change it by a factor of about 2.
@@ -37,6 +37,8 @@ def expected_steps(point: DesignPoint, begun: int = 0) -> float:
         point: the design point.
         begun: number of its periods that have been learned.
     """
+    if stages := stages_of(point):
+        return sum(expected_steps(stage.point) for stage in stages)
     task, cells = point.task, cell_count(point.world)
     distance = sum(point.world.shape) / 4
     period: float = task.goals * (_FIRST * cells**_GROWTH + _OVER * distance * task.trials)

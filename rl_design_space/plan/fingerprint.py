@@ -6,9 +6,10 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass, replace
+from types import FunctionType
 from typing import Any
 
-from rl_design_space.design import DesignPoint
+from rl_design_space.design import DesignPoint, Stages, stages_of
 from rl_design_space.design.identity import ABSENT_AS, is_shipped
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
@@ -21,26 +22,36 @@ def fingerprint(point: DesignPoint) -> str:
     Option names, tracking, paths and thread counts do not contribute: `reward=many_rewards reward.step=0` is the same
     point as `reward=each_success`. Neither do fields that were added to an option later, while they have the value that
     stands for their absence, see `design.identity.absent_as`. The code of user components contributes, see
-    `plan.code_identity.code_identity`.
+    `plan.code_identity.code_identity`. Of a curriculum, its stages contribute, in whatever way they were described.
 
     Raises:
         ConfigError: a field of an option is not a plain value, or a user component has no source.
     """
-    return _digest(_content(point))
+    return _digest(_point(point))
 
 
 def fingerprints_by_periods(point: DesignPoint, periods: Iterable[int]) -> dict[str, int]:
     """Return numbers of periods by the fingerprint of the same point with exactly so many."""
-    content = _content(replace(point, task=point.task.with_periods(1)))
-    found = {}
+    content, found = _point(replace(point, task=point.task.with_periods(1))), {}
     for number in periods:
-        content["task"]["periods"] = number
+        for part in (content["point"], *(stage["point"] for stage in content.get("stages", ()))):
+            part["task"]["periods"] = number
         found[_digest(content)] = number
     return found
 
 
+def _point(point: DesignPoint) -> dict[str, Any]:
+    """Return what determines the results of a point: its values, and its stages if it has several."""
+    stages = [
+        {"point": _content(stage.point), "layout": stage.layout, "carry": _content(stage.carry)}
+        for stage in stages_of(point)
+    ]
+    alone = point if point.curriculum == Stages() else replace(point, curriculum=Stages())
+    return {"point": _content(alone), **({"stages": stages} if stages else {})}
+
+
 def _digest(point: dict[str, Any]) -> str:
-    content = {"kernel": KERNEL_VERSION, "point": point}
+    content = {"kernel": KERNEL_VERSION, **point}
     try:
         canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     except (TypeError, ValueError) as error:
@@ -53,11 +64,13 @@ def _content(value: Any) -> Any:
         return {**_kind(type(value)), **dict(_fields(value))}
     if isinstance(value, (list, tuple)):
         return [_content(item) for item in value]
+    if isinstance(value, FunctionType):
+        return _kind(value)
     return value + 0.0 if isinstance(value, float) else value  # 0.0 for -0.0
 
 
-def _kind(kind: type) -> dict[str, str]:
-    """Return the identity of a class; the keys are Python keywords, which no field can be named."""
+def _kind(kind: type | FunctionType) -> dict[str, str]:
+    """Return the identity of a class or function; the keys are Python keywords, which no field can be named."""
     if is_shipped(kind):
         return {"is": kind.__qualname__}
     return {"is": f"{kind.__module__}:{kind.__qualname__}", "from": code_identity(kind)}

@@ -5,15 +5,15 @@ from __future__ import annotations
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, overload
 
 from rl_design_space.config import user_config
-from rl_design_space.config.overrides import is_setting
+from rl_design_space.config.overrides import is_setting, with_absent
 from rl_design_space.design import DesignPoint
 from rl_design_space.plan.code_identity import source_parameters
 from rl_design_space.plan.cost import expected_steps
-from rl_design_space.plan.describe import parameters, resolved_config
+from rl_design_space.plan.describe import parameters, present_fields, resolved_config
 from rl_design_space.plan.fingerprint import fingerprint
 
 if TYPE_CHECKING:
@@ -81,12 +81,10 @@ class PlannedPoint:
 
         The code identity of user components is included, e.g. `representation.source`.
         """
-        own = dict(
-            pair
-            for choice in fields(self.point)
-            for pair in source_parameters(getattr(self.point, choice.name), choice.name)
-        )
-        return {**self.options, **own, **parameters(self.point)}
+        present = present_fields(self.point)
+        options = {group: option for group, option in self.options.items() if group in present}
+        own = dict(pair for name in present for pair in source_parameters(getattr(self.point, name), name))
+        return {**options, **own, **parameters(self.point)}
 
     @property
     def config(self) -> dict[str, Any]:
@@ -168,8 +166,8 @@ class Plan(Sequence[PlannedPoint]):
     def axes(self) -> dict[str, dict[str, int]]:
         """The parameters in which the points differ, with the number of points by value, in order of appearance."""
         values: dict[str, Counter[str]] = {}
-        for planned in self.points:
-            for name, value in planned.parameters.items():
+        for point in with_absent([planned.parameters for planned in self.points]):
+            for name, value in point.items():
                 values.setdefault(name, Counter())[str(value)] += 1
         return {name: dict(counts) for name, counts in values.items() if len(counts) > 1}
 

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from rl_design_space.analysis.learning_curves import random_walk_steps
+from rl_design_space.design import stages_of
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memoryless import memoryless_steps
 from rl_design_space.learning.result import LearningCurves
@@ -27,13 +28,15 @@ def levels(seeds: Sequence[Point], result: LearningCurves | None) -> dict[str, f
 
 
 def memoryless_level(seeds: Sequence[Point], known: dict[str, float]) -> float:
-    """Return the steps of a trial of the best memoryless policy, mean over layouts; NaN if one of them is not known.
+    """Return the steps of a trial of the best memoryless policy, mean over layouts; NaN if it is not known.
 
     Args:
         seeds: points of one design.
         known: earlier results, to which this one is added; most lines share their layouts and observations.
     """
     points = [point.planned.point for point in seeds]
+    if any(map(stages_of, points)):
+        return float("nan")
     key = repr([(each.world, each.representation, each.msa, each.task, each.seed) for each in points])
     if key not in known:
         known[key] = float(np.mean(np.concatenate([memoryless_steps(each, layouts_of(each)) for each in points])))

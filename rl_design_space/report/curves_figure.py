@@ -21,10 +21,17 @@ from rl_design_space.analysis.learning_curves import curve_frame, curve_summary
 from rl_design_space.config.build import construct
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR
 from rl_design_space.report.base import MAIN, Frames, Report, Text
-from rl_design_space.report.baselines import MORE, above_optimum, levels, memoryless_level, told_of_memoryless
+from rl_design_space.report.baselines import (
+    MORE,
+    above_optimum,
+    levels,
+    memoryless_level,
+    told_of_memoryless,
+)
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, different_choices
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.stage_marks import GREY, LEVELS, STAGE_NOTE, STAGES, draw_stages, stage_frame
 from rl_design_space.report.style import (
     DASHES,
     MARKERS,
@@ -123,6 +130,7 @@ class CurvesFigure(Report):
             LINES: panel, line, command, memoryless (steps of a trial of the best memoryless policy, NaN if not known),
                 and the columns of `curve_summary`, NaN if missing: one row for each line.
             PANELS: panel; optimum and random_walk, steps of a trial, NaN if nothing is recorded.
+            STAGES: panel, and columns of `stage_frame`: one row for each stage of the line that has the most.
         """
         points = self.points(runs)
         results = {names: runs.pooled(seeds) for names, seeds in points.items()}
@@ -154,6 +162,7 @@ class CurvesFigure(Report):
             EXPLORATION: self._exploration(runs),
             LINES: pd.DataFrame(lines),
             PANELS: pd.DataFrame(panels),
+            STAGES: stage_frame(points, results),
         }
 
     def csv(self, frames: Frames) -> Frames:
@@ -223,9 +232,11 @@ def _draw(frames: Frames, title: str, families: Sequence[str]) -> Figure:
             frames[name][frames[name]["panel"] == panel["panel"]] for name in (LINES, MAIN, EXPLORATION)
         )
         _draw_curves(above, below, of_lines, of_curves)
+        of_stages = frames[STAGES][frames[STAGES]["panel"] == panel["panel"]]
+        draw_stages(above, below, of_stages)
         if not np.isnan(panel["optimum"]):
-            for level, dashes in (("optimum", "--"), ("random_walk", ":")):
-                above.axhline(panel[level], color="0.45", linestyle=dashes, linewidth=1)
+            for level, dashes in LEVELS if of_stages.empty else ():
+                above.axhline(panel[level], color=GREY, linestyle=dashes, linewidth=1)
             for line, colour in zip(of_lines.to_dict("records"), colours(len(of_lines)), strict=True):
                 if line["memoryless"] > MORE * panel["optimum"]:
                     above.axhline(line["memoryless"], color=colour, linestyle="-.", linewidth=1)
@@ -238,8 +249,9 @@ def _draw(frames: Frames, title: str, families: Sequence[str]) -> Figure:
             for axis, name in zip((above, below, *lowest), _HEIGHTS, strict=False):
                 axis.set_ylabel(name)
     figure.suptitle(title, fontsize=12)
+    staged = STAGE_NOTE if len(frames[STAGES]) else ""
     memoryless = _MEMORYLESS_NOTE if len(above_optimum(frames[LINES], panels)) else ""
-    figure.supxlabel(_NOTE + memoryless + (_EXPLORATION_NOTE if families else ""), fontsize=8)
+    figure.supxlabel(_NOTE + staged + memoryless + (_EXPLORATION_NOTE if families else ""), fontsize=8)
     return figure
 
 

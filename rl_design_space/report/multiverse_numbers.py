@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -97,11 +96,7 @@ class Numbers:
         result = self._runs.result(point)
         assert result is not None
         self._runs.forget(point)
-        some = slice(self.periods)
-        return replace(
-            result, steps=result.steps[some], success=result.success[some], optimum=result.optimum[some],
-            rows=result.rows[some],
-        )  # fmt: skip
+        return result.of_periods(slice(self.periods))
 
 
 def _measured(result: LearningCurves, names: Sequence[str], weights: FloatArray) -> dict[str, Bounds]:

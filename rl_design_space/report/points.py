@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +12,7 @@ import pandas as pd
 from rl_design_space._visible import visible
 from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.learning.measures import SCALARS
+from rl_design_space.learning.stage_record import is_scalar_name
 from rl_design_space.plan.differences import differing
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.report.parameters import PERIODS, SEED, order
@@ -44,6 +45,10 @@ class Point:
         if asks:
             planned = planned.with_periods(run.enough.periods if run and run.enough else planned.point.task.periods)
         return cls({name: comparable(value) for name, value in planned.parameters.items()}, run, planned, asks)
+
+    def with_parameters(self, parameters: Mapping[str, Any]) -> Point:
+        """Return the point with other parameters."""
+        return replace(self, parameters=parameters)
 
     @property
     def planned(self) -> PlannedPoint:
@@ -146,7 +151,7 @@ def points_of_frame(frame: pd.DataFrame, *, every: bool = True) -> list[Point]:
     points = []
     for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
         there = {visible(str(name)): _shown(value) for name, value in record.items() if not pd.isna(value)}
-        scalars = {name: there.pop(name) for name in SCALARS if name in there}
+        scalars = {name: there.pop(name) for name in list(there) if name in SCALARS or is_scalar_name(name)}
         run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
         parameters = {name: value for name, value in there.items() if name not in ABOUT}
         points.append(Point(parameters, run, any_periods=not every))

@@ -15,6 +15,7 @@ from rl_design_space._markdown import code
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
 from rl_design_space.analysis.censoring import Bounded
 from rl_design_space.config.measure_name import measure_of
+from rl_design_space.config.overrides import with_absent
 from rl_design_space.config.recorded import recorded_point
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
@@ -79,7 +80,9 @@ class Runs(ChosenPoints):
     def of_study(cls, study: Study, reader: Reader) -> Runs:
         """Return the points of a study, recorded or not, in the order of its plan."""
         runs = reader.finished([planned.fingerprint for planned in study.plan])
-        points = [Point.planned_with(planned, runs.get(planned.fingerprint)) for planned in study.plan]
+        planned_points = [Point.planned_with(planned, runs.get(planned.fingerprint)) for planned in study.plan]
+        parameters = with_absent([point.parameters for point in planned_points])
+        points = [point.with_parameters(each) for point, each in zip(planned_points, parameters, strict=True)]
         made_by, remarks = f"Made by {code(study.report_command)}, which needs no runs.", []
         if points:
             periods = _joined({point.parameters[PERIODS] for point in points})

@@ -15,7 +15,7 @@ from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.run.executor import PointResult
 
 if TYPE_CHECKING:
-    from rl_design_space.learning.simulation import Learning
+    from rl_design_space.learning.joint import JointLearning
 
 #: Seconds between two checks whether a point that is about to start has work for a second thread.
 _HELP_INTERVAL = 0.002
@@ -78,7 +78,7 @@ class _SharedWork:
         self._points = points
         self._threads = threads
         self._poll = poll
-        self._in_progress: dict[Learning, PlannedPoint] = {}
+        self._in_progress: dict[JointLearning, PlannedPoint] = {}
         #: Number of points that were taken but are not in `_in_progress` yet; they may soon have work for a helper.
         self._starting = 0
         self._taking, self._changing = Lock(), Lock()
@@ -123,17 +123,17 @@ class _SharedWork:
         if learning:
             self._join(learning, planned)
 
-    def _begun(self, planned: PlannedPoint, learned: LearningCurves | None) -> Learning | None:
+    def _begun(self, planned: PlannedPoint, learned: LearningCurves | None) -> JointLearning | None:
         """Begin to learn what a point still needs, and return it; put its result and return None if it is complete."""
         from rl_design_space.learning.precision import next_stage
-        from rl_design_space.learning.simulation import Learning
+        from rl_design_space.learning.simulation import learning_of
 
         try:
             stage = next_stage(planned.point, learned)
             if isinstance(stage, LearningCurves):
                 self._put((planned, stage))
                 return None
-            learning = Learning(stage, self._threads, learned)
+            learning = learning_of(stage, self._threads, learned)
         except Exception as error:
             self._put((planned, error))
             return None
@@ -149,9 +149,9 @@ class _SharedWork:
             self._join(*found)
         return found is not None
 
-    def _join(self, begun: Learning, planned: PlannedPoint) -> None:
+    def _join(self, begun: JointLearning, planned: PlannedPoint) -> None:
         """Work on a point; the thread that finishes it puts its result."""
-        learning: Learning | None = begun
+        learning: JointLearning | None = begun
         while learning and learning.work():
             with self._changing:
                 del self._in_progress[learning]

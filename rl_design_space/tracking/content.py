@@ -11,6 +11,7 @@ import yaml
 
 from rl_design_space.learning.measures import CURVES
 from rl_design_space.learning.result import Kept, LearningCurves
+from rl_design_space.learning.stage_record import STAGE_CURVE
 from rl_design_space.tracking import values
 from rl_design_space.tracking.record import result_of
 from rl_design_space.tracking.spool import CorruptedRecordError, Record
@@ -71,7 +72,8 @@ def metrics(
     """
     all_curves = learned.curves
     points = [(name, value, 0) for name, value in scalars.items()]
-    for name in dict.fromkeys((*CURVES, *on_demand)):
+    of_stages = [STAGE_CURVE] if STAGE_CURVE in all_curves else []
+    for name in dict.fromkeys((*CURVES, *on_demand, *of_stages)):
         curve = all_curves[name].tolist()
         trials = sorted({*range(0, len(curve), every), len(curve) - 1})
         points += [(name, curve[trial], trial) for trial in trials]

@@ -7,8 +7,10 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from rl_design_space.config.overrides import with_absent
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import SCALARS
+from rl_design_space.learning.stage_record import is_scalar_name
 from rl_design_space.tracking.tags import FINGERPRINT_TAG, studies_of
 
 if TYPE_CHECKING:
@@ -31,7 +33,8 @@ def frame_of(found: Iterable[FoundRun]) -> pd.DataFrame:
 
     Returns:
         `name`, `fingerprint`, `studies` (names, separated by spaces), `started` and `ended` (UTC), `artifacts` (URI of
-        their folder); a column for every param, of numbers if all its values are; and the scalars.
+        their folder); a column for every param, of numbers if all its values are; and the
+        scalars, those of stages as `stage2/total_steps`.
     """
     import pandas as pd
 
@@ -45,7 +48,7 @@ def frame_of(found: Iterable[FoundRun]) -> pd.DataFrame:
         "ended": _times(run.ended for run in runs),
         "artifacts": [run.artifacts for run in runs],
     }
-    params = [run.params for run in runs]
+    params = with_absent([run.params for run in runs])
     for name in sorted(set().union(*params)):
         texts = [each.get(name) for each in params]
         values = {text: typed(text) for text in set(texts)}
@@ -53,7 +56,8 @@ def frame_of(found: Iterable[FoundRun]) -> pd.DataFrame:
         is_text = any(isinstance(value, str) for value in values.values())
         columns[name] = texts if is_text else [values[text] for text in texts]
     metrics = [run.metrics for run in runs]
-    for name in SCALARS:
+    of_stages = sorted({name for each in metrics for name in each if is_scalar_name(name)})
+    for name in (*SCALARS, *of_stages):
         columns[name] = pd.array([each.get(name) for each in metrics], dtype="float64")
     return pd.DataFrame(columns, index=index)
 

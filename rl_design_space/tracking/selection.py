@@ -12,8 +12,9 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from rl_design_space.config.overrides import with_absent
 from rl_design_space.errors import ConfigError
-from rl_design_space.tracking.record import params
+from rl_design_space.tracking.record import params as params_of
 from rl_design_space.tracking.run_frame import typed
 from rl_design_space.tracking.tags import FINGERPRINT_TAG
 from rl_design_space.tracking.values import param
@@ -54,19 +55,20 @@ def chosen(found: Sequence[FoundRun], where: Where) -> list[FoundRun]:
     Raises:
         ConfigError: no run has a parameter of such a name, or one with such a value; what there is is named.
     """
-    known = {name for run in found for name in run.params}
+    params = with_absent([run.params for run in found])
+    known = {name for each in params for name in each}
     for name, wanted in where.items() if found else ():
         if name not in known:
             raise ConfigError.unknown("parameter of these runs", name, known)
-        values = dict.fromkeys(run.params[name] for run in found if name in run.params)
+        values = dict.fromkeys(each[name] for each in params if name in each)
         if not any(matches(wanted, typed(value)) for value in values):
             there = ", ".join(list(values)[:_SHOWN_VALUES]) + (", …" if len(values) > _SHOWN_VALUES else "")
             texts = [param(each) for each in wanted] if isinstance(wanted, (list, tuple)) else [param(wanted)]
             raise ConfigError(f"{name}={','.join(texts)}: no run has this value; there is {there}")
     return [
         run
-        for run in found
-        if all(name in run.params and matches(wanted, typed(run.params[name])) for name, wanted in where.items())
+        for run, each in zip(found, params, strict=True)
+        if all(name in each and matches(wanted, typed(each[name])) for name, wanted in where.items())
     ]
 
 
@@ -115,7 +117,7 @@ def changed_since(missing: Iterable[PlannedPoint], found: Iterable[FoundRun]) ->
     known = {_values(run.params): run.params for run in sorted(found, key=lambda run: run.started)}
     counts: Counter[str] = Counter()
     for planned in missing:
-        now = params(planned)
+        now = params_of(planned)
         before = known.get(_values(now))
         if before is not None:
             code = [name for name in now if name.endswith(SOURCE)]

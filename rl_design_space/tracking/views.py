@@ -8,7 +8,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 from urllib.parse import urlencode
 
+from rl_design_space.design import stages_of
 from rl_design_space.learning.measures import CURVES, SCALARS
+from rl_design_space.learning.stage_record import STAGE_CURVE
 from rl_design_space.tracking import view_state as ui
 from rl_design_space.tracking.tags import STUDY_TAG
 from rl_design_space.tracking.view_state import State
@@ -35,7 +37,7 @@ _LINES, _PAGE = 20, 100
 _GROUPS, _PARALLEL = 12, 6
 
 
-def study_view(study: str, axes: Axes, created: int) -> tuple[str, str]:
+def study_view(study: str, axes: Axes, created: int, *, stages: bool = False) -> tuple[str, str]:
     """Return the view of a study's points, the fewest total steps first.
 
     Its table shows the parameters in which the points differ. Up to 20 points are drawn as a line each. Up to 100, as
@@ -46,6 +48,7 @@ def study_view(study: str, axes: Axes, created: int) -> tuple[str, str]:
         study: name of the study.
         axes: the parameters in which its points differ.
         created: milliseconds since 1970.
+        stages: whether periods of some of its points have several stages.
 
     Returns:
         The key of the view, and its JSON text.
@@ -57,7 +60,7 @@ def study_view(study: str, axes: Axes, created: int) -> tuple[str, str]:
         **ui.run_list(f"tags.`{STUDY_TAG}{study}` = 'true'", *ui.metrics(_SHOWN[:1]), ascending=True),
         **ui.table_columns([*ui.params(shown), *ui.metrics(_SHOWN)]),
         # The UI cannot draw parallel coordinates of groups.
-        **_charts([] if groups else _parallel(axes)),
+        **_charts([] if groups else _parallel(axes), (*CURVES, STAGE_CURVE) if stages else CURVES),
         **(ui.grouped(groups) if groups else {}),
         **ui.visible("all" if groups or count <= _LINES else "first 20"),
     }
@@ -79,7 +82,8 @@ def points_tags(plan: Plan, created: int) -> dict[str, str]:
         axes = {
             name: {value: count * shards for value, count in counts.items()} for name, counts in of_study.axes.items()
         }
-        views.append(study_view(study, axes, created))
+        stages = any(stages_of(planned.point) for planned in of_study)
+        views.append(study_view(study, axes, created, stages=stages))
     return {**ui.KIND, **{f"{ui.VIEW_TAG}{key}": text for key, text in views}}
 
 
@@ -141,10 +145,10 @@ def link(address: str, experiment: str, key: str = "", *, charts: bool = False) 
     return f"{address.rstrip('/')}/#/experiments/{experiment}/runs?{urlencode(query)}"
 
 
-def _charts(parallel: Sequence[str]) -> State:
+def _charts(parallel: Sequence[str], names: Sequence[str] = CURVES) -> State:
     """Return charts: learning curves, bars of the scalars, and parallel coordinates of some parameters."""
     # Steps fall by powers of ten, success rates do not.
-    curves = [ui.lines(curve, logarithmic=curve.startswith("steps/")) for curve in CURVES]
+    curves = [ui.lines(curve, logarithmic=curve.startswith("steps/")) for curve in names]
     totals = [ui.bars(scalar) for scalar in _SHOWN]
     others = [ui.no_bars(scalar) for scalar in SCALARS if scalar not in _SHOWN]
     sections: dict[str, tuple[int, Sequence[State]]] = {

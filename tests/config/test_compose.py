@@ -145,6 +145,7 @@ def test_a_planned_point_keeps_its_options_and_overrides():
         "msa": "none",
         "reward": "many_rewards",
         "learner": "q_learning",
+        "curriculum": "none",
     }
     assert planned.overrides == ("world.size=5", "exploration=linear", "outputs=here")
     assert planned.studies == ()

@@ -72,7 +72,7 @@ POINTS = [
     ("msa.lengths=[3,2,3]", ["msa.lengths=[3, 2, 3]", "once"]),
     ("msa.propagation=some", ["msa.propagation=some", "'primitives', 'all_shorter' or 'none'"]),
     ("learner.gamma=1.1", ["learner.gamma=1.1", "less than or equal to 1"]),
-    ("learner.alpha=0", ["learner.alpha=0", "greater than 0"]),
+    ("learner.alpha=-0.1", ["learner.alpha=-0.1", "greater than or equal to 0"]),
     ("seed=-1", ["seed=-1", "greater than or equal to 0"]),
     ("seed=18446744073709551616", ["seed=18446744073709551616", "less than 18446744073709551616"]),
     # Missing values.
@@ -177,7 +177,7 @@ def test_a_missing_package_is_named(group: str, option: str, package: str):
 
 def test_all_invalid_values_of_an_option_are_listed():
     with pytest.raises(ConfigError) as caught:
-        plan_point(["learner.alpha=0", "learner.gamma=2", "learner.ties=none"])
+        plan_point(["learner.alpha=2", "learner.gamma=2", "learner.ties=none"])
     lines = str(caught.value).splitlines()
     assert [line.partition("=")[0] for line in lines] == ["learner.alpha", "learner.gamma", "learner.ties"]
 

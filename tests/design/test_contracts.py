@@ -11,6 +11,8 @@ import pytest
 
 from rl_design_space.config.compose import OPTION_GROUPS
 from rl_design_space.contracts import (
+    check_carry,
+    check_curriculum,
     check_exploration,
     check_msa,
     check_representation,
@@ -25,6 +27,7 @@ from rl_design_space.design import (
     Exponential,
     Linear,
     MultiStepActions,
+    Scene,
     Torus,
     Walled,
 )
@@ -41,6 +44,7 @@ CHECKS = {
     "exploration": check_exploration,
     "msa": check_msa,
     "reward": check_reward,
+    "curriculum": check_curriculum,
 }
 SHIPPED = [pytest.param(group, name, id=f"{group}={name}") for group in CHECKS for name in names_of(group)]
 #: Beside the shipped options and the limits of their ranges.
@@ -84,6 +88,19 @@ def test_every_choice_with_a_contract_has_options_and_only_the_learner_has_no_co
 )
 def test_unusual_values_keep_the_contract(check, component):
     check(component)
+
+
+def same_cell(before: Scene, after: Scene) -> np.ndarray:
+    """Carry the values of the cell of equal number, where there is one."""
+    cells = np.arange(after.codes.shape[2])
+    ancestors = np.arange(after.codes.shape[1])[:, np.newaxis] * before.codes.shape[2] + cells
+    return np.broadcast_to(np.where(cells < before.codes.shape[2], ancestors, -1), after.codes.shape)
+
+
+def test_a_carry_rule_keeps_its_contract():
+    check_carry(same_cell)
+    with pytest.raises(AssertionError, match=r"<lambda>\(\) should give whole numbers of shape \(2, 2, 16\)"):
+        check_carry(lambda before, after: after.codes[0])
 
 
 def test_a_representation_can_be_checked_in_given_worlds():

@@ -53,7 +53,7 @@ def test_an_invalid_value_is_refused_with_the_name_of_its_field(kind: type):
 def test_invalid_values_follow_from_the_annotations():
     values = [(field, value) for field, value in refused(Linear) if isinstance(value, (int, float, str))]
     assert {("start", -0.01), ("start", 1.01), ("k", -0.01), ("first_trial", -1), ("first_trial", 1.0)} <= set(values)
-    assert ("alpha", 0) in refused(QLearning)
+    assert ("alpha", -0.01) in refused(QLearning)
     assert ("ties", "no_such_name") in refused(QLearning)
 
 

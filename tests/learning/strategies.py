@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
@@ -20,6 +22,8 @@ from rl_design_space.design import (
     MultiStepActions,
     QLearning,
     Sigmoidal,
+    Stage,
+    Stages,
     Task,
     Torus,
     Walled,
@@ -135,3 +139,39 @@ def results(draw: st.DrawFn, point: DesignPoint) -> LearningCurves:
         seconds=draw(st.floats(1e-3, 1e6)),
         known_point=point,
     )
+
+
+@st.composite
+def staged_points(draw: st.DrawFn) -> DesignPoint:
+    """Draw a point of one to four stages, which differ in anything that stages can differ in."""
+    point = draw(points())
+    goals, places, found = point.task.goals, point.world, list[Stage]()
+    representation, msa = point.representation, point.msa
+    for _ in range(draw(st.integers(1, 4))):
+        changes: dict[str, object] = {
+            "task.trials": draw(st.integers(1, 4)),
+            "task.max_steps": draw(st.integers(1, 60)),
+        }
+        layout = draw(st.sampled_from(["same", "scaled", "new", "shifted"]))
+        carry = draw(st.sampled_from(["same_observation", "same_observation", "same_place", "none"]))
+        world = draw(worlds.filter(lambda world: world.shape[0] * world.shape[1] > goals))
+        if layout in ("same", "shifted"):
+            world = draw(st.sampled_from([Torus, Walled]))(size=places.shape)
+        if draw(st.booleans()) or layout in ("scaled", "new"):
+            changes["world"] = world
+        else:
+            world = point.world
+        if layout in ("same", "shifted") and world.shape != places.shape:
+            changes["world"] = world = Torus(size=places.shape)
+        places = world if layout == "new" else places
+        if carry != "same_observation" and found and draw(st.booleans()):
+            representation = draw(representations)
+        if carry == "none" and found and draw(st.booleans()):
+            msa = draw(multi_step_actions)
+        changes |= {"representation": representation, "msa": msa}
+        if draw(st.booleans()):
+            changes |= {"learner": draw(learners), "exploration": draw(explorations), "reward": draw(rewards)}
+        if draw(st.booleans()):
+            changes["learner.alpha"] = 0.0
+        found.append(Stage(changes=changes, layout=layout, carry=carry))
+    return replace(point, curriculum=Stages(stages=tuple(found)))

@@ -82,7 +82,7 @@ def test_the_size_of_shares_does_not_change_results(name: str, codes: int, monke
 def test_the_number_of_lanes_does_not_change_results(name: str, lanes: int, monkeypatch: pytest.MonkeyPatch):
     point = replace(VARIANTS[name], task=replace(VARIANTS[name].task, periods=2 * LANES + 1))
     expected = simulate(point).steps
-    monkeypatch.setattr(simulation, "_side_by_side", lambda *_, **__: lanes)
+    monkeypatch.setattr(simulation, "side_by_side", lambda *_, **__: lanes)
     np.testing.assert_array_equal(simulate(point, threads=1).steps, expected)
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from rl_design_space._paths import CONF
 from rl_design_space.config.compose import OPTION_GROUPS
-from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Task, Torus, Walled
+from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Stage, Task, Torus, Walled
 from rl_design_space.design.identity import absent_as
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
@@ -82,6 +82,10 @@ def test_the_fingerprint_is_the_same_in_another_process(of: Of):
         (["world._target_=rl_design_space.design.world.Walled"], ["world=walled"]),
         (["task.trials=${task.goals}", "task.goals=5"], ["task.goals=5", "task.trials=5"]),
         (["seed=3", "world.size=5"], ["world.size=5", "seed=3"]),
+        # What a curriculum lists counts, not its class; one stage that is the point is none.
+        (["curriculum=coarse_to_fine", "curriculum.sizes=[]"], []),
+        (["curriculum=new_goals", "curriculum.layouts=2"], ["curriculum.stages=[{},{layout: new}]"]),
+        (["curriculum.stages=[{},{exploration: linear}]"], ["curriculum.stages=[{carry: none},{exploration: linear}]"]),
     ],
     ids=lambda overrides: " ".join(overrides),
 )
@@ -104,6 +108,12 @@ def another_value(value: Any, kind: Any) -> Any:
     """Return another valid value of a field."""
     choices = [choice for choice in get_args(kind) if choice != value]
     match value:
+        case "same":  # of a size
+            return 7
+        case "same_place" | "same_observation":
+            return "none"
+        case () if kind == tuple[Stage, ...]:
+            return (Stage(layout="new"),)
         case str() if get_origin(kind) is Literal and choices:
             return choices[0]
         case str():

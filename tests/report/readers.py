@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rl_design_space.learning import LearningCurves, simulate
+from rl_design_space.learning.stage_record import filed
 from rl_design_space.plan.plan import Plan
 from rl_design_space.tracking.tracker import StoredRun
 
@@ -38,6 +39,7 @@ class LearningReader:
             "optimum": curves.optimum,
             "rows": curves.rows,
             **curves.curves,
+            **filed(curves.stages),
         }
 
     def link(self, ui: str, study: str) -> str:

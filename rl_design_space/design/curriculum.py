@@ -1,0 +1,176 @@
+"""Curricula: the lists of stages that periods go through (docs/decisions/0030-stages.md)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, runtime_checkable
+
+from pydantic import BeforeValidator, Field
+from pydantic.dataclasses import dataclass
+
+from rl_design_space._strict import STRICT
+from rl_design_space.design.exploration import Constant
+from rl_design_space.design.stage import Carry, Layout, Stage, as_stages
+from rl_design_space.design.world import GridSize, World
+
+_Trials = Annotated[int, Field(ge=1)]
+
+
+@runtime_checkable
+class Curriculum(Protocol):
+    """The stages of a period, which share one Q-matrix."""
+
+    def stage_list(self) -> tuple[Stage, ...]:
+        """Return the stages in their order; none if a period has one stage, the point itself."""
+        ...
+
+
+def _sizes(sizes: Any) -> Any:
+    return tuple(sizes) if isinstance(sizes, list) else sizes
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Stages:
+    """Stages one by one, each with what is different from the point.
+
+    Attributes:
+        stages: the stages; with none, a period is learned as the point says.
+    """
+
+    stages: Annotated[
+        tuple[Stage, ...], BeforeValidator(as_stages, json_schema_input_type=tuple[dict[str, Any], ...])
+    ] = ()
+
+    def stage_list(self) -> tuple[Stage, ...]:
+        return self.stages
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class CoarseToFine:
+    """Smaller grids first, with the same places, and then the grid of the point.
+
+    Attributes:
+        sizes: size of each grid before that of the point: d, or [dx, dy].
+        trials: trials on each of them.
+        carry: how a grid takes values over from the one before it.
+    """
+
+    sizes: Annotated[tuple[GridSize, ...], BeforeValidator(_sizes, json_schema_input_type=list[GridSize])] = (5,)
+    trials: _Trials = 50
+    carry: Carry = "same_place"
+
+    def stage_list(self) -> tuple[Stage, ...]:
+        coarse = (Stage.of({"world.size": size, "task.trials": self.trials}) for size in self.sizes)
+        stages = (*coarse, Stage())
+        return tuple(Stage(changes=stage.changes, layout="scaled", carry=self.carry) for stage in stages)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class NewGoals:
+    """The same point on one layout after the other, with one Q-matrix.
+
+    Attributes:
+        layouts: number of layouts, that of the point included.
+        layout: how the next layout differs: `new`, or all places `shifted`.
+        carry: how a layout takes values over from those before it.
+    """
+
+    layouts: Annotated[int, Field(ge=1)] = 5
+    layout: Layout = "new"
+    carry: Carry = "same_observation"
+
+    def stage_list(self) -> tuple[Stage, ...]:
+        following = Stage(layout=self.layout, carry=self.carry)
+        return (Stage(carry=self.carry), *[following] * (self.layouts - 1))
+
+
+#: What a stage differs in where the Q-matrix is used as it is.
+_AS_IT_IS = {"learner.alpha": 0.0, "exploration": Constant(epsilon=0.0)}
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class ZeroShot:
+    """Learning, perhaps on a grid of another size, and then using the Q-matrix as it is: α = 0 and ε = 0.
+
+    Attributes:
+        size: size of the grid where the Q-matrix is learned; `same` as that of the point.
+        trials: trials in which it is used.
+        layout: where start and goals lie then: those of the point (`same`), which have been learned `scaled` to the
+            other size; or `new` or `shifted` ones.
+        carry: how the Q-matrix is taken over.
+    """
+
+    size: GridSize | Literal["same"] = "same"
+    trials: _Trials = 20
+    layout: Layout = "new"
+    carry: Carry = "same_observation"
+
+    def stage_list(self) -> tuple[Stage, ...]:
+        learned = Stage() if self.size == "same" else Stage.of({"world.size": self.size, "layout": "scaled"})
+        used = Stage.of({**_AS_IT_IS, "task.trials": self.trials, "layout": self.layout, "carry": self.carry})
+        return learned, used
+
+
+class StagePoint(NamedTuple):
+    """A stage of a point.
+
+    Attributes:
+        point: the point as it is in this stage, without stages of its own.
+        layout: where start and goals lie, see `Stage`.
+        carry: what the Q-matrix begins with, see `Stage`; none in the first stage.
+    """
+
+    point: Any
+    layout: Layout
+    carry: Carry
+
+
+def stages_of(point: Any) -> tuple[StagePoint, ...]:
+    """Return the stages of a design point; none if it has one that is the point itself.
+
+    Raises:
+        ValueError: a stage contradicts the point or the stage before it.
+    """
+    listed = point.curriculum.stage_list()
+    if not listed:
+        return ()
+    alone, found = replace(point, curriculum=Stages()), list[StagePoint]()
+    places = alone.world
+    for number, stage in enumerate(listed, 1):
+        try:
+            here = StagePoint(stage.applied(alone), stage.layout, stage.carry if found else "none")
+            if stage.layout in ("same", "shifted") and here.point.world.shape != places.shape:
+                raise ValueError(
+                    f"layout={stage.layout}: places on {_shown(places)} are not places on {_shown(here.point.world)}; "
+                    "use scaled or new"
+                )
+            if found:
+                _check_carry(found[-1].point, here)
+        except ValueError as error:
+            raise ValueError(f"curriculum: stage {number}: {error}") from error
+        places = here.point.world if stage.layout == "new" else places
+        found.append(here)
+    is_alone = len(found) == 1 and found[0].point == alone and found[0].layout in ("same", "scaled")
+    return () if is_alone else tuple(found)
+
+
+def _check_carry(before: Any, here: StagePoint) -> None:
+    """Refuse a stage to which the Q-matrix of the one before cannot be carried.
+
+    Raises:
+        ValueError: the actions, or the meanings of codes, are others.
+    """
+    if here.carry == "same_observation" and before.representation != here.point.representation:
+        raise ValueError(
+            "carry=same_observation: observations of another representation have another meaning; use same_place, none "
+            "or a function"
+        )
+    if here.carry != "none" and before.msa.limits().tolist() != here.point.msa.limits().tolist():
+        raise ValueError(
+            f"msa={type(here.point.msa).__name__}: the Q-matrix is that of other actions; use carry: none, or the same "
+            "actions in both stages"
+        )
+
+
+def _shown(world: World) -> str:
+    return "×".join(map(str, world.shape))

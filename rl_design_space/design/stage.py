@@ -1,0 +1,182 @@
+"""Stages: parts of a period that differ in world, layout or anything else, and share one Q-matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from types import FunctionType
+from typing import Annotated, Any, Literal, Protocol, TypeVar, get_args, runtime_checkable
+
+from pydantic import BeforeValidator, ValidationError
+from pydantic.dataclasses import dataclass
+
+from rl_design_space._arrays import IntArray
+from rl_design_space._strict import STRICT
+from rl_design_space.design.world import World
+from rl_design_space.errors import ConfigError
+
+Value = TypeVar("Value")
+
+#: Where start and goals of a stage lie, see `Stage`.
+Layout = Literal["same", "scaled", "new", "shifted"]
+#: The shipped carry rules, see `Stage`.
+CarryName = Literal["same_observation", "same_place", "none"]
+#: Keys of a stage that are not choices.
+_OWN_KEYS = ("layout", "carry")
+#: Choices that all stages of a period share.
+_SHARED = ("seed", "curriculum", "task", *(f"task.{name}" for name in ("goals", "periods", "periods_at_most")))
+
+
+class Scene(Protocol):
+    """What a carry rule knows of a stage, for several periods at a time."""
+
+    @property
+    def world(self) -> World:
+        """Where the agent moves."""
+        ...
+
+    @property
+    def goals(self) -> IntArray:
+        """Goals of each period, (periods, n_goals) cell numbers."""
+        ...
+
+    @property
+    def codes(self) -> IntArray:
+        """Observation codes of each period, (periods, n_goals, cells), by success counter and cell."""
+        ...
+
+
+@runtime_checkable
+class CarryRule(Protocol):
+    """A function that says where the Q-values of a stage come from."""
+
+    def __call__(self, before: Scene, after: Scene) -> IntArray:
+        """Return the ancestor of each state of a stage, among the states of the stage before it.
+
+        States are numbered by success counter and cell: number = counter · cells + cell.
+
+        Args:
+            before: the stage before.
+            after: the stage that begins.
+
+        Returns:
+            (periods, n_goals, cells) whole numbers: the ancestor of each state, -1 where it has none. An observation
+            takes the mean of the values of its states' ancestors.
+        """
+        ...
+
+
+def _carry(rule: Any) -> Any:
+    if not isinstance(rule, FunctionType) and rule not in get_args(CarryName):
+        raise ValueError("should be same_observation, same_place, none, or a function of two scenes")
+    return rule
+
+
+#: What a Q-matrix begins with, see `Stage`.
+Carry = Annotated[CarryName | CarryRule, BeforeValidator(_carry, json_schema_input_type=CarryName | str)]
+
+
+def _canonical(changes: Any) -> Any:
+    """Return changes in the order of their keys, each key once; values of an option that is also given are put in."""
+    if not isinstance(changes, (Mapping, tuple)):
+        raise ValueError("should map dotted keys to values, as {'world.size': 10} does")
+    pairs = dict(changes)
+    for key in pairs:
+        if not isinstance(key, str) or key in _SHARED or key.startswith(("curriculum.", "task.precision")):
+            raise ValueError(f"{key}: all stages of a period share it; a stage may differ in anything else")
+    found: dict[str, Any] = {}
+    for key in sorted(pairs):
+        value = _as_value(pairs[key])
+        option = next((other for other in found if key.startswith(f"{other}.")), None)
+        if option:
+            found[option] = put(found[option], key[len(option) + 1 :].split("."), value, key)
+        else:
+            found[key] = value
+    return tuple(found.items())
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Stage:
+    """A part of a period, described by what is different from the point.
+
+    Attributes:
+        changes: values by dotted key, as {"world.size": 10, "exploration": Constant(epsilon=0)}; in YAML they stand
+            beside `layout` and `carry`, and options may be named. Seed, goals and periods are those of the point.
+        layout: where start and goals lie: `same` as in the stage before, at first those of the point; `scaled`, the
+            same places on a grid of another size; `new`, drawn afresh; `shifted`, all by one random offset, round the
+            border.
+        carry: what the Q-matrix begins with: `same_observation`, equal observations keep their values; `same_place`,
+            a cell takes the values of the cell at the same place of the grid before; `none`, nothing is carried; or a
+            function, see `CarryRule`. What has no ancestor begins with `learner.initial_q`.
+    """
+
+    changes: Annotated[
+        tuple[tuple[str, Any], ...], BeforeValidator(_canonical, json_schema_input_type=dict[str, Any])
+    ] = ()
+    layout: Layout = "same"
+    carry: Carry = "same_observation"
+
+    @classmethod
+    def of(cls, node: Mapping[str, Any]) -> Stage:
+        """Return the stage that a mapping describes, as in YAML: dotted keys beside `layout` and `carry`."""
+        own = {key: node[key] for key in _OWN_KEYS if key in node}
+        return cls(changes={key: node[key] for key in node if key not in _OWN_KEYS}, **own)  # type: ignore[arg-type]
+
+    def as_node(self) -> dict[str, Any]:
+        """Return the mapping that describes the stage, without what is the default."""
+        own = {key: getattr(self, key) for key in _OWN_KEYS}
+        return dict(self.changes) | {key: value for key, value in own.items() if value != getattr(Stage, key)}
+
+    def applied(self, point: Value) -> Value:
+        """Return a point with the changes of this stage.
+
+        Raises:
+            ValueError: the point has no such key, or the value is not allowed.
+        """
+        for key, value in self.changes:
+            point = put(point, key.split("."), value, key)
+        return point
+
+
+def put(owner: Value, path: Sequence[str], value: Any, key: str) -> Value:
+    """Return a dataclass with another value at a path of fields.
+
+    Args:
+        owner: the dataclass.
+        path: names of fields, one inside the other.
+        value: the new value.
+        key: the whole dotted key, for messages.
+
+    Raises:
+        ValueError: there is no such field, or the value is not allowed.
+    """
+    name, *rest = path
+    known = [field.name for field in fields(owner) if field.init] if is_dataclass(owner) else []
+    if name not in known or isinstance(owner, type):
+        prefix = key[: len(key) - len(".".join(path))]
+        raise ConfigError.unknown("key", name, known, prefix)
+    if rest:
+        value = put(getattr(owner, name), rest, value, key)
+    try:
+        return replace(owner, **{name: value})  # type: ignore[type-var]
+    except ValidationError as error:
+        detail = error.errors(include_url=False)[0]
+        if not detail["loc"]:
+            raise ValueError(plain(detail["msg"])) from error
+        raise ConfigError.at(key, value, plain(detail["msg"])) from error
+
+
+def plain(message: str) -> str:
+    """Return a message of pydantic without its beginning."""
+    return message.removeprefix("Value error, ").removeprefix("Input ")
+
+
+def as_stages(stages: Any) -> Any:
+    """Convert the stages of a list, those in the form of YAML included."""
+    if isinstance(stages, str) or not isinstance(stages, Iterable):
+        raise ValueError("should be a list of stages, each with what is different from the point")
+    return tuple(Stage.of(stage) if isinstance(stage, Mapping) else stage for stage in stages)
+
+
+def _as_value(value: Any) -> Any:
+    return tuple(map(_as_value, value)) if isinstance(value, list) else value
