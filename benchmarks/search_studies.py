@@ -72,7 +72,7 @@ class Sweep:
     def number(self, chosen: Mapping[str, str | float | None]) -> int:
         """Return the number of the point with these values, of each choice one."""
         shape = [len(values) for values in self.choices.values()]
-        indices = [[*values].index(chosen[name]) for name, values in self.choices.items()]
+        indices = [list[object](values).index(chosen[name]) for name, values in self.choices.items()]
         return int(np.ravel_multi_index(indices, shape))
 
 

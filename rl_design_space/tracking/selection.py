@@ -93,12 +93,12 @@ def outdated(found: Iterable[FoundRun]) -> dict[str, str]:
     """
     runs = sorted(found, key=lambda run: (run.started, run.run_id))
     own = {run.run_id: components for run in runs if (components := _own_components(run))}
-    code = {component: run.params[name] for run in runs for name, component in own.get(run.run_id, ())}
+    code = {component: run.params[name] for run in runs for name, component in own.get(run.run_id, [])}
     points = _points(runs)
     fingerprints = {points[run.run_id]: run.tags.get(FINGERPRINT_TAG) for run in runs}
     old: dict[str, str] = {}
     for run in runs:
-        components = own.get(run.run_id, ())
+        components = own.get(run.run_id, [])
         changed = [component for name, component in components if code[component] != run.params[name]]
         if changed:
             old[run.run_id] = ", ".join(changed)
