@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,6 +19,7 @@ from rl_design_space.config.compose import Composer
 from rl_design_space.config.explain import explain
 from rl_design_space.config.overrides import OPTION_GROUPS
 from rl_design_space.config.target import imported
+from rl_design_space.errors import ConfigError
 from rl_design_space.plan.planner import Planner
 
 #: Default of a field that the file of an option does not give.
@@ -157,9 +159,20 @@ class Options:
             Exception: the option cannot be used; of any kind, because a user's own class may raise any.
         """
         if group in OPTION_GROUPS:
-            self.planner([f"{group}={name}"])
+            self._build_point(f"{group}={name}")
         elif group == "tracking":
             build_component(self.planner.composer.config([f"{group}={name}"]), group)
+
+    def _build_point(self, override: str) -> None:
+        """Build a point with an option; with another representation if it cannot be used with the default one."""
+        try:
+            self.planner([override])
+        except ConfigError:
+            for other in self._search.options("representation"):
+                with suppress(ConfigError):
+                    self.planner([override, f"representation={other}"])
+                    return
+            raise
 
 
 def parameters_of(

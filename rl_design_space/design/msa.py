@@ -66,7 +66,7 @@ class MultiStepActions:
     reward: Literal["realised", "printed"] = "realised"
     sub_goal: Literal["continue", "stop"] = "continue"
     until: Literal["length", "observation_changes", "due_goal_observation_changes"] = field(
-        default="length", metadata=absent_as("length")
+        default="length", metadata=absent_as("length", listed=False)
     )
 
     def action_lengths(self) -> NDArray[np.int32]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from rl_design_space._yaml import as_yaml
 from rl_design_space.design import DesignPoint, Stage, Stages, stages_of
-from rl_design_space.design.identity import ABSENT_AS, function_name, is_listed
+from rl_design_space.design.identity import function_name, is_listed
 
 _NOTHING = object()
 #: Yields names and values of the fields of an option.
@@ -24,21 +24,6 @@ def parameters(point: DesignPoint) -> dict[str, Any]:
 def flat(key: str, value: Any) -> dict[str, Any]:
     """Return every value of a component by its dotted name below a key; those that are not listed, too."""
     return dict(_flat(key, value, _all))
-
-
-def absent_parameters(point: DesignPoint) -> set[str]:
-    """Return the names of parameters that were added later and have the value that stands for their absence.
-
-    Points recorded before have no such parameters, and points recorded since then have none either, so that both are
-    compared as what they are: equal.
-    """
-    return {
-        f"{choice.name}.{field.name}"
-        for choice in fields(point)
-        if is_dataclass(component := getattr(point, choice.name))
-        for field in fields(component)
-        if field.metadata.get(ABSENT_AS, _NOTHING) == getattr(component, field.name)
-    }
 
 
 def resolved_config(point: DesignPoint) -> dict[str, Any]:

@@ -15,7 +15,6 @@ import numpy as np
 
 from rl_design_space.learning.precision import Precision
 from rl_design_space.learning.result import Kept, LearningCurves
-from rl_design_space.plan.describe import absent_parameters
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.tracking import values
 from rl_design_space.tracking.spool import POINT, Record
@@ -105,8 +104,7 @@ def result_of(record: Record) -> LearningCurves:
 
 def params(planned: PlannedPoint) -> dict[str, str]:
     """Return every choice of a point by its dotted name, as typed on the command line."""
-    absent = absent_parameters(planned.point)
-    return {values.key(name): values.param(value) for name, value in planned.parameters.items() if name not in absent}
+    return {values.key(name): values.param(value) for name, value in planned.parameters.items()}
 
 
 def _in_words(rule: Precision, reached: float, enough: Enough) -> str:

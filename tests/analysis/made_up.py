@@ -47,8 +47,8 @@ class MadeUp:
         return self.steps.sum(axis=1, dtype=float)
 
     @property
-    def side(self) -> float:
-        return 20
+    def scaled_steps(self) -> np.ndarray:
+        return self.total_steps * 10 / 20
 
     @property
     def epsilon(self) -> np.ndarray:

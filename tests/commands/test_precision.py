@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rl_design_space.commands.race import _looks
+from rl_design_space.commands.race import race_looks
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.plan import Plan
 from rl_design_space.plan.planner import plan_point
@@ -40,4 +40,4 @@ def test_a_sweep_learns_until_its_means_are_precise(empty_database: Path, tmp_pa
 def test_a_race_decides_itself_how_many_periods_a_point_gets():
     plan = Plan([plan_point(["task.precision=0.2"])])
     with pytest.raises(ConfigError, match=r"^task\.precision=0\.2: a race decides itself how many periods"):
-        _looks(plan, settings_of(["tracking=none"]), None, {})
+        race_looks(plan, settings_of(["tracking=none"]), None, {})

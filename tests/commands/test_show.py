@@ -52,7 +52,10 @@ def test_an_option_without_parameters(said: Said):
 def test_a_long_value_is_shortened_in_the_terminal_and_whole_in_json(said: Said, told: Told):
     shown = said("show", "study.report")
     assert len(shown.splitlines()) < 40
-    assert "rl_design_space.report.ClaimsLedger with title, notes, common, reading, later_reading, claims …" in shown
+    assert (
+        "rl_design_space.report.ClaimsLedger with title, notes, common, reading, later_reading, larger_samples, on_larger_samples, claims …"
+        in shown
+    )
     assert "…: shortened; --json shows the whole value" in shown
     assert "statement" in told("show", "study.report")["study=claims"]["default"]["claims"]["fig2-a"]
     assert "shortened" not in said("show", "exploration=linear")
@@ -184,7 +187,7 @@ def test_the_paths_of_the_schemas_are_shown(told: Told):
         (["exploration.kk"], "exploration.kk: no such key; did you mean exploration.k?"),
         (["seed.x"], "seed.x: no such key; did you mean seed?"),
         (["direction"], "direction: an option, not a choice; did you mean representation=direction?"),
-        (["none"], "none: an option, not a choice; did you mean msa=none or tracking=none?"),
+        (["none"], "none: an option, not a choice; did you mean msa=none or curriculum=none or tracking=none?"),
         (["world="], "world=: no such choice or key; did you mean world?"),
         (["world=torus", "seed=1"], "seed=1: only studies accept overrides"),
         (["schemas", "seed=1"], "schemas: no such choice or key"),

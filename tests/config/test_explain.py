@@ -70,7 +70,7 @@ POINTS = [
     ("msa=length_3 msa.lengths=[-3]", ["msa.lengths.0=-3", "greater than or equal to 2"]),
     ("msa.lengths=[2,1]", ["msa.lengths.1=1", "greater than or equal to 2"]),
     ("msa.lengths=[3,2,3]", ["msa.lengths=[3, 2, 3]", "once"]),
-    ("msa.propagation=some", ["msa.propagation=some", "'primitives', 'all_shorter' or 'none'"]),
+    ("msa.propagation=some", ["msa.propagation=some", "'primitives', 'all_shorter', 'consistent' or 'none'"]),
     ("learner.gamma=1.1", ["learner.gamma=1.1", "less than or equal to 1"]),
     ("learner.alpha=-0.1", ["learner.alpha=-0.1", "greater than or equal to 0"]),
     ("seed=-1", ["seed=-1", "greater than or equal to 0"]),

@@ -112,6 +112,7 @@ def test_a_cell_shows_measured_interval_paper_ratio_and_failures(pictured):
                 assert [text.get_text() for text in texts(axis)[row, column]] == [
                     f"{2 * paper:,}",
                     f"{1.8 * paper:,.0f} – {2.2 * paper:,.0f}",
+                    "500 periods",
                     f"paper {paper:,}",
                     "ratio 2.00",
                     "failures 2% †",
