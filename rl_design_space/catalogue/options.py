@@ -168,7 +168,8 @@ class Options:
         try:
             self.planner([override])
         except ConfigError:
-            for other in self._search.options("representation"):
+            others = () if override.startswith("representation=") else self._search.options("representation")
+            for other in others:
                 with suppress(ConfigError):
                     self.planner([override, f"representation={other}"])
                     return

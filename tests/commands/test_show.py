@@ -52,10 +52,7 @@ def test_an_option_without_parameters(said: Said):
 def test_a_long_value_is_shortened_in_the_terminal_and_whole_in_json(said: Said, told: Told):
     shown = said("show", "study.report")
     assert len(shown.splitlines()) < 40
-    assert (
-        "rl_design_space.report.ClaimsLedger with title, notes, common, reading, later_reading, larger_samples, on_larger_samples, claims …"
-        in shown
-    )
+    assert "rl_design_space.report.ClaimsLedger with title, notes, common, reading, later_reading, larger_s" in shown
     assert "…: shortened; --json shows the whole value" in shown
     assert "statement" in told("show", "study.report")["study=claims"]["default"]["claims"]["fig2-a"]
     assert "shortened" not in said("show", "exploration=linear")
