@@ -9,6 +9,7 @@ import json
 import os
 import resource
 import sys
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ class _Nothing:
     has_work = False
 
     def __init__(self, point: DesignPoint, threads: int = 1, begun: LearningCurves | None = None) -> None:
-        pass
+        self._periods = point.task.periods
 
     def work(self) -> bool:
         return True
@@ -33,17 +34,20 @@ class _Nothing:
         pass
 
     def curves(self) -> LearningCurves:
-        return _CURVES
+        return _curves(self._periods)
 
 
-_CURVES = LearningCurves(
-    steps=np.ones((2, 10), dtype=np.int32),
-    success=np.ones((2, 10), dtype=np.bool_),
-    optimum=np.ones(2, dtype=np.int32),
-    rows=np.ones((2, 2), dtype=np.int32),
-    epsilon=np.zeros(10),
-    seconds=1e-6,
-)
+@cache
+def _curves(periods: int) -> LearningCurves:
+    """Return curves of as many periods as a point asks for; with fewer, it would be learned on."""
+    return LearningCurves(
+        steps=np.ones((periods, 10), dtype=np.int32),
+        success=np.ones((periods, 10), dtype=np.bool_),
+        optimum=np.ones(periods, dtype=np.int32),
+        rows=np.ones((periods, 2), dtype=np.int32),
+        epsilon=np.zeros(10),
+        seconds=1e-6,
+    )
 
 
 def _resident() -> int:
@@ -61,7 +65,7 @@ def _report() -> None:
 def main() -> None:
     """Run the command, and report while everything it keeps is still there."""
     simulation.Learning = _Nothing  # type: ignore[assignment, misc]
-    simulation.simulate = lambda point, threads=None, **_: _CURVES
+    simulation.simulate = lambda point, threads=None, **_: _curves(point.task.periods)
     # A sweep of ours holds most when it shows its outcome, a sweep of Hydra's when it ends.
     show, reported = sweep_output.show_outcome, False
 
