@@ -56,7 +56,7 @@ def precision_tags(fingerprint: str, enough: Enough, words: str) -> dict[str, st
     Args:
         fingerprint: of the point.
         enough: how many periods it needed.
-        words: the same for people who look at the run.
+        words: the same as text, which the run shows.
     """
     found = f"{enough.periods}{'' if enough.is_reached else _NOT_REACHED}"
     return {PRECISION_TAG: values.tag(words), f"{PRECISION_TAG}.{fingerprint}": found}
