@@ -8,6 +8,7 @@ package offers every public class and function that the modules below define.
 from typing import TYPE_CHECKING
 
 from rl_design_space.design.actions import *
+from rl_design_space.design.chance import *
 from rl_design_space.design.controllers import *
 from rl_design_space.design.curriculum import *
 from rl_design_space.design.exploration import *

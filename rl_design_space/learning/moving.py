@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rl_design_space.learning.chance import earned, land
 from rl_design_space.learning.compiled import inlined
 from rl_design_space.learning.lanes import (
     ACTION,
@@ -32,13 +33,17 @@ _0, _1, _2, _3, _4 = (index(number) for number in range(5))
 
 
 @inlined
-def _step(numbers, lane, next_of, entries):
-    """Make one step; return the entry that it leads to."""
-    cell = index(next_of[(numbers[CELL + lane] << _2) + (numbers[ACTION + lane] & _3)])
+def _step(numbers, lane, next_of, entries, chance):
+    """Make one step; return the entry that it leads to, and the number of its outcome."""
+    at, outcome = (numbers[CELL + lane] << _2) + (numbers[ACTION + lane] & _3), _0
+    if chance is None:
+        cell = index(next_of[at])
+    else:
+        cell, outcome = land(numbers, lane, at, chance)
     entry = index(entries[numbers[STAGE + lane] + cell])
     numbers[CELL + lane] = cell
     numbers[ENTRY + lane] = entry
-    return entry
+    return entry, outcome
 
 
 @inlined
@@ -64,11 +69,14 @@ def maximum(q, row, n_actions):
 
 
 @inlined
-def move_once(numbers, reals, values, q, running, next_of, entries, limits):
+def move_once(numbers, reals, values, q, running, next_of, entries, limits, chance, pay):
     """Execute the chosen actions, all of one step, and look up the rows that they lead to."""
     for place in range(running):
         lane = index(place)
-        entry = _step(numbers, lane, next_of, entries)
+        state = numbers[STAGE + lane] + numbers[CELL + lane]
+        entry, outcome = _step(numbers, lane, next_of, entries, chance)
+        if pay is not None:
+            reals[RETURN + lane] = earned(state, numbers[ACTION + lane], outcome, pay)
         reals[OLD + lane] = q[numbers[ROW + lane] + numbers[ACTION + lane]]
         see(values, q, entry & ~KIND, lane, limits)
 
@@ -86,8 +94,9 @@ def sort_by_length(numbers, running, limits, order):
 
 @inlined
 def move_on(
-    numbers, reals, q, running, next_of, entries, limits, limit_of, rules, reward_of, cells, passed, rewards, order
-):
+    numbers, reals, q, running, next_of, entries, limits, limit_of, rules, reward_of, cells, passed, rewards, order,
+    went, chance, pay,
+):  # fmt: skip
     """Execute the chosen actions step by step, in the order of `sort_by_length`; goals passed on the way count."""
     for place in range(running):
         lane = index(order[place])
@@ -104,10 +113,15 @@ def move_on(
         discount = 1.0
         going = True
         while going:
-            cell = index(next_of[(cell << _2) + (action & _3)])
+            state, outcome = stage + cell, _0
+            if chance is None:
+                cell = index(next_of[(cell << _2) + (action & _3)])
+            else:
+                cell, outcome = land(numbers, lane, (cell << _2) + (action & _3), chance)
+                went[index(executed * LANES) + lane] = cell
             entry = index(entries[stage + cell])
             kind = entry & KIND
-            reward = reward_of[kind]
+            reward = reward_of[kind] if pay is None else earned(state, action & _3, outcome, pay)
             rewards[index(executed * LANES) + lane] = reward
             gain += discount * (rewards[lane] if printed else reward)
             discount *= rules.gamma
