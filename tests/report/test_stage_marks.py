@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning import simulate
-from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report.curves_figure import CurvesFigure
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.stage_marks import STAGES
+from tests.points import planning
 from tests.report.readers import LearningReader
 
 SWEEP = ["task.periods=4", "task.trials=6", "world.size=4", "curriculum=coarse_to_fine", "curriculum.sizes=[2]"]
@@ -23,8 +22,7 @@ FIGURE = CurvesFigure(
 
 
 def test_a_line_marks_where_a_stage_begins_and_each_has_its_levels():
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         config = planner.composer.config(())
         study = Study("mine", (), config, plan_overrides([*SWEEP, "curriculum.trials=3", "task.goals=2"], planner))
     frames = FIGURE.frames(Runs.of_study(study, LearningReader(study.plan)))
