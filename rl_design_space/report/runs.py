@@ -137,7 +137,9 @@ class Runs(ChosenPoints):
     def with_larger(self, larger: Runs, command: str) -> Runs:
         """Return these runs and larger samples of their designs, which a command line makes, see `points.largest`."""
         runs = copy(self)
-        more = other_samples(larger.points, self.points)
+        parameters = with_absent([point.parameters for point in (*self.points, *larger.points)])
+        of_larger = zip(larger.points, parameters[len(self.points) :], strict=True)
+        more = other_samples([point.with_parameters(each) for point, each in of_larger], self.points)
         runs.points = [*self.points, *more]
         if recorded := sum(point.run is not None for point in more):
             runs._made_by = f"{self._made_by} Larger samples of {recorded} points are from runs of {code(command)}."
