@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._strict import STRICT
 from rl_design_space.design.exploration import Constant
 from rl_design_space.design.identity import absent_as
-from rl_design_space.design.stage import Carry, Layout, Stage, as_stages
+from rl_design_space.design.stage import Carry, Layout, Stage, Value, as_stages
 from rl_design_space.design.world import GridSize, World
 
 _Trials = Annotated[int, Field(ge=1)]
@@ -183,6 +183,17 @@ def stages_of(point: Any) -> tuple[StagePoint, ...]:
         found.append(here)
     is_alone = len(found) == 1 and found[0].point == alone and found[0].layout in ("same", "scaled")
     return () if is_alone else tuple(found)
+
+
+def from_scratch(point: Value) -> Value:
+    """Return a point with the same stages, each of which begins with nothing: learning with the same budget.
+
+    Raises:
+        ValueError: a stage contradicts the point or the stage before it.
+    """
+    stages = point.curriculum.stage_list()  # type: ignore[attr-defined]
+    alone = Stages(stages=tuple(replace(stage, carry="none") for stage in stages))
+    return replace(point, curriculum=alone)  # type: ignore[type-var]
 
 
 def _check_carry(before: Any, here: StagePoint) -> None:
