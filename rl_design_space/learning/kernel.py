@@ -32,6 +32,7 @@ from rl_design_space.learning.lanes import (
 )
 from rl_design_space.learning.moving import move_on, move_once, powers, sort_by_length
 from rl_design_space.learning.periods import begin_period, begin_trial, end_period, swap
+from rl_design_space.learning.td_errors import add_errors, note_states, places_for_states
 from rl_design_space.learning.updating import keep, propagate, update
 
 
@@ -60,7 +61,7 @@ class Rules(NamedTuple):
 @compiled_and_kept
 def learn(
     next_cell, limits, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success, rows,
-    table,
+    table, errors,
 ):  # fmt: skip
     """Learn periods, as many side by side as there are lanes.
 
@@ -84,6 +85,7 @@ def learn(
         rows: (periods, 2) int32, output: rows of the Q-matrix, and rows whose values learning has changed.
         table: what the actions do in the periods to begin, see `ActionTable`. None if action a makes limits[a] steps in
             direction a % 4: the first four are the primitive actions, and groups of four have equal limits.
+        errors: output, see `Errors`; None to collect none, which costs nothing: the function is compiled without.
     """
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
@@ -104,6 +106,7 @@ def learn(
     passed, rewards = lanes.passed.ravel(), lanes.rewards.ravel()
     made, controls = lanes.made.ravel(), lanes.controls.ravel()
     observations = index(n_goals * cells)
+    begun_in = places_for_states(errors)
 
     running = int(lanes.running[0])
     begun = 0
@@ -123,6 +126,8 @@ def learn(
         # Rounded up to full vectors: results of lanes that do not run are never used.
         wide = running if running <= FEW else (running + WIDTH - 1) // WIDTH * WIDTH
         singles = 0
+        if errors is not None:
+            note_states(numbers, begun_in, running, observations)
         draw(numbers, wide)
         choose(numbers, values, wide, limits, rules)
         if table is None:
@@ -140,6 +145,8 @@ def learn(
                 passed, rewards, made, controls,
             )  # fmt: skip
         some_ended, some_seen = update(numbers, reals, values, wide, index(cells), limits, rules, one_step)
+        if errors is not None:
+            add_errors(numbers, reals, begun_in, errors, running)
         keep(numbers, reals, values, q, running, some_seen)
         if table is None:
             if not one_step:

@@ -17,6 +17,7 @@ from rl_design_space.report.property_map import PropertyMap
 from rl_design_space.report.published_table import PublishedTable
 from rl_design_space.report.quality_map import QualityMap
 from rl_design_space.report.readings_audit import ReadingsAudit
+from rl_design_space.report.resolution import Resolution
 from rl_design_space.report.scenario import Scenario
 from rl_design_space.report.sensitivity import Sensitivity
 from rl_design_space.report.stage_costs import StageCosts
@@ -42,6 +43,7 @@ __all__ = [
     "PublishedTable",
     "QualityMap",
     "ReadingsAudit",
+    "Resolution",
     "Scenario",
     "Sensitivity",
     "StageCosts",

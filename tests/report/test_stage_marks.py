@@ -75,7 +75,7 @@ def test_a_line_from_scratch_is_its_own_baseline(both: Study):
 
 def test_curves_of_any_runs_mark_where_their_stages_begin(both: Study):
     with planning() as planner:
-        plain = plan_overrides([*SWEEP[:3], "task.trials=9", "task.goals=2"], Planner())
+        plain = plan_overrides([*SWEEP[:3], "task.trials=9", "task.goals=2"], planner)
     study = replace(both, plan=Plan((*both.plan, *plain)))
     report = Curves(by=("curriculum.carry",))
     frames = report.frames(Runs.of_study(both, LearningReader(both.plan)))
