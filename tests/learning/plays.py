@@ -97,7 +97,7 @@ def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None
     rows = np.empty((1, 2), dtype=np.int32)
     learn(
         next_cell, limits, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows, table,
-        chance, paid,
+        None, chance, paid,
     )  # fmt: skip
     # The learner numbers rows as their codes occur; here they go by the codes' values.
     _, occurs = np.unique(codes, return_index=True)
