@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import field, replace
 from typing import Annotated, Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -11,14 +12,18 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._strict import STRICT
 from rl_design_space.design.aggregated import Aggregated
 from rl_design_space.design.exploration import Constant
-from rl_design_space.design.identity import full_name
-from rl_design_space.design.stage import Carry, Layout, Refinement, Stage, as_stages
+from rl_design_space.design.identity import absent_as, full_name
+from rl_design_space.design.stage import Carry, Layout, Refinement, Stage, Value, as_stages
 from rl_design_space.design.world import GridSize, World
 
 #: Why values are not carried by observation where blocks are split.
 _NEW_PARTS = "the parts of a block are new observations; use same_place, none or a function"
 
 _Trials = Annotated[int, Field(ge=1)]
+_ZeroShotTrials = Annotated[int, Field(ge=0)]
+_Epsilon = Annotated[float, Field(ge=0, le=1)] | None
+#: What a stage differs in where the Q-matrix is used as it is.
+_AS_IT_IS = {"learner.alpha": 0.0, "exploration": Constant(epsilon=0.0)}
 
 
 @runtime_checkable
@@ -58,16 +63,21 @@ class CoarseToFine:
         sizes: size of each grid before that of the point: d, or [dx, dy].
         trials: trials on each of them.
         carry: how a grid takes values over from the one before it.
+        zero_shot: trials in which each grid but the first uses the Q-matrix as it is, before learning goes on there.
+        epsilon: constant exploration on each grid but the first; as the point explores if None.
     """
 
     sizes: Annotated[tuple[GridSize, ...], BeforeValidator(_sizes, json_schema_input_type=list[GridSize])] = (5,)
     trials: _Trials = 50
     carry: Carry = "same_place"
+    zero_shot: _ZeroShotTrials = field(default=0, metadata=absent_as(0, listed=False))
+    epsilon: _Epsilon = field(default=None, metadata=absent_as(None, listed=False))
 
     def stage_list(self) -> tuple[Stage, ...]:
-        coarse = (Stage.of({"world.size": size, "task.trials": self.trials}) for size in self.sizes)
-        stages = (*coarse, Stage())
-        return tuple(Stage(changes=stage.changes, layout="scaled", carry=self.carry) for stage in stages)
+        coarse: list[dict[str, Any]] = [{"world.size": size, "task.trials": self.trials} for size in self.sizes]
+        grids = [*coarse, {}]
+        following = (_used_and_learned(grid, "scaled", self) for grid in grids[1:])
+        return (_staged(grids[0], "scaled", self.carry), *(stage for stages in following for stage in stages))
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -78,19 +88,39 @@ class NewGoals:
         layouts: number of layouts, that of the point included.
         layout: how the next layout differs: `new`, or all places `shifted`.
         carry: how a layout takes values over from those before it.
+        zero_shot: trials in which each layout but the first uses the Q-matrix as it is, before it is learned.
+        epsilon: constant exploration on each layout but the first; as the point explores if None.
     """
 
     layouts: Annotated[int, Field(ge=1)] = 5
     layout: Layout = "new"
     carry: Carry = "same_observation"
+    zero_shot: _ZeroShotTrials = field(default=0, metadata=absent_as(0, listed=False))
+    epsilon: _Epsilon = field(default=None, metadata=absent_as(None, listed=False))
 
     def stage_list(self) -> tuple[Stage, ...]:
-        following = Stage(layout=self.layout, carry=self.carry)
-        return (Stage(carry=self.carry), *[following] * (self.layouts - 1))
+        following = tuple(_used_and_learned({}, self.layout, self))
+        return (Stage(carry=self.carry), *following * (self.layouts - 1))
 
 
-#: What a stage differs in where the Q-matrix is used as it is.
-_AS_IT_IS = {"learner.alpha": 0.0, "exploration": Constant(epsilon=0.0)}
+def _staged(changes: Mapping[str, Any], layout: Layout, carry: Carry) -> Stage:
+    return Stage.of({**changes, "layout": layout, "carry": carry})
+
+
+def _used_and_learned(changes: Mapping[str, Any], layout: Layout, how: CoarseToFine | NewGoals) -> Iterator[Stage]:
+    """Yield the stages of a grid or layout that others precede: its zero-shot use, if any, and learning.
+
+    Args:
+        changes: what is different from the point.
+        layout: how its start and goals follow from those before.
+        how: the curriculum.
+    """
+    if how.zero_shot:
+        yield _staged({**changes, **_AS_IT_IS, "task.trials": how.zero_shot}, layout, how.carry)
+        # Places that are drawn are drawn once; scaled ones are the same again.
+        layout = layout if layout == "scaled" else "same"
+    explored = {} if how.epsilon is None else {"exploration": Constant(epsilon=how.epsilon)}
+    yield _staged({**changes, **explored}, layout, how.carry)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -192,6 +222,17 @@ def stages_of(point: Any) -> tuple[StagePoint, ...]:
         found.append(here)
     is_alone = len(found) == 1 and found[0].point == alone and found[0].layout in ("same", "scaled")
     return () if is_alone else tuple(found)
+
+
+def from_scratch(point: Value) -> Value:
+    """Return a point with the same stages, each of which begins with nothing: learning with the same budget.
+
+    Raises:
+        ValueError: a stage contradicts the point or the stage before it.
+    """
+    stages = point.curriculum.stage_list()  # type: ignore[attr-defined]
+    alone = Stages(stages=tuple(replace(stage, carry="none") for stage in stages))
+    return replace(point, curriculum=alone)  # type: ignore[type-var]
 
 
 def _check_refinement(before: Any, here: StagePoint) -> None:

@@ -21,7 +21,10 @@ from rl_design_space.report.readings_audit import ReadingsAudit
 from rl_design_space.report.resolution import Resolution
 from rl_design_space.report.scenario import Scenario
 from rl_design_space.report.sensitivity import Sensitivity
+from rl_design_space.report.stage_costs import StageCosts
 from rl_design_space.report.state_space import StateSpace
+from rl_design_space.report.transfer_curve import TransferCurve
+from rl_design_space.report.transfer_map import TransferMap
 
 __all__ = [
     "Attributes",
@@ -45,5 +48,8 @@ __all__ = [
     "Resolution",
     "Scenario",
     "Sensitivity",
+    "StageCosts",
     "StateSpace",
+    "TransferCurve",
+    "TransferMap",
 ]
