@@ -28,7 +28,7 @@ from rl_design_space.report.style import interval, number, styled
 
 #: The column of what is left out during the whole task.
 ALWAYS = "always"
-#: From this ratio on, leaving an attribute out is said to cost something, if the interval does not reach down to it.
+#: Ratio above which the whole interval lies where leaving an attribute out is said to cost something.
 _COSTS = 1.05
 
 
@@ -166,19 +166,19 @@ def _verdict(cells: pd.DataFrame) -> str:
 
 
 def _clauses(cells: pd.DataFrame) -> Iterator[str]:
-    for left_out, each in cells.groupby("left_out", sort=False):
+    for left_out in dict.fromkeys(cells["left_out"].astype(str)):
+        each = cells[cells["left_out"] == left_out]
         costly = each[each["ratio_low"] > _COSTS]
         always = _of_stage(each, ALWAYS)
         stages = [stage for stage in costly["stage"] if stage != ALWAYS]
         when = f", at counter {', '.join(stages)}" if stages else ""
         if always is None:
             continue
-        if always["ratio_low"] > _COSTS:
-            yield f"without {left_out} {number(always['ratio'])} times as much{when}"
-        elif always["ratio_high"] < 1:
-            yield f"without {left_out} less, {number(always['ratio'])} times{when}"
+        less = f"with {left_out}" if "=" in left_out else f"without {left_out}"
+        if always["ratio_low"] > _COSTS or always["ratio_high"] < 1:
+            yield f"{less} {number(always['ratio'])} times as much{when}"
         else:
-            yield f"{left_out} is hardly needed ({number(always['ratio'])} times){when}"
+            yield f"{less} no cost can be told ({number(always['ratio'])} times){when}"
 
 
 @styled()
@@ -195,11 +195,11 @@ def _draw(frame: pd.DataFrame, title: str, value: str) -> Figure:
         values = cells.pivot_table(index="left_out", columns="stage", values="ratio").reindex(
             rows[name], columns=stages
         )
-        inks = colour_cells(axis, values, norm)
+        inks = colour_cells(axis, values.rename(columns=_heading), norm)
         _write(axis, cells, rows[name], stages, inks)
-        axis.set_xticks(range(len(stages)), [_heading(stage) for stage in stages])
+        axis.set(xlabel="", ylabel="")
         axis.set_title(name, fontsize=10)
-    axes[0][0].set_ylabel("left out")
+    axes[0][0].set_ylabel("left out, or other values")
     bar = colour_bar(figure, list(axes[0]), norm, ticks=LogLocator(subs=(1, 2, 5)), format=lambda each, _: number(each))
     bar.set_label(f"{value}, ratio to the whole observation")
     figure.suptitle(title, fontsize=11)
