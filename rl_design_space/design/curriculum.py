@@ -6,14 +6,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
 from typing import Annotated, Any, Literal, NamedTuple, Protocol, runtime_checkable
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.design.aggregated import Aggregated
 from rl_design_space.design.exploration import Constant
-from rl_design_space.design.identity import absent_as
-from rl_design_space.design.stage import Carry, Layout, Stage, Value, as_stages
+from rl_design_space.design.identity import absent_as, full_name
+from rl_design_space.design.stage import Carry, Layout, Refinement, Stage, Value, as_stages
 from rl_design_space.design.world import GridSize, World
+
+#: Why values are not carried by observation where blocks are split.
+_NEW_PARTS = "the parts of a block are new observations; use same_place, none or a function"
 
 _Trials = Annotated[int, Field(ge=1)]
 _ZeroShotTrials = Annotated[int, Field(ge=0)]
@@ -142,6 +146,37 @@ class ZeroShot:
         return learned, used
 
 
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Refine:
+    """Large blocks first, which are split as learning goes on; the point has the representation `Aggregated`.
+
+    Attributes:
+        split: which blocks are split: those whose cells are `disagreeing`, or `all`, see `Refinement`.
+        rows: most rows of a Q-matrix, a whole number; None for any number.
+        times: how often blocks are split.
+        trials: trials before each time.
+        carry: how the parts of a block take values over.
+    """
+
+    split: Literal["disagreeing", "all"] = "disagreeing"
+    rows: Annotated[int, Field(ge=1)] | None = None
+    times: Annotated[int, Field(ge=1)] = 2
+    trials: _Trials = 30
+    carry: Carry = "same_place"
+
+    @model_validator(mode="after")
+    def _parts_are_new_observations(self) -> Refine:
+        if self.carry == "same_observation":
+            raise ValueError(f"carry=same_observation: {_NEW_PARTS}")
+        return self
+
+    def stage_list(self) -> tuple[Stage, ...]:
+        short = {"task.trials": self.trials}
+        refine = Refinement(split=self.split, rows=self.rows)
+        refined = [Stage(changes=short, carry=self.carry, refine=refine)] * (self.times - 1)  # type: ignore[arg-type]
+        return (Stage.of(short), *refined, Stage(carry=self.carry, refine=refine))
+
+
 class StagePoint(NamedTuple):
     """A stage of a point.
 
@@ -149,11 +184,13 @@ class StagePoint(NamedTuple):
         point: the point as it is in this stage, without stages of its own.
         layout: where start and goals lie, see `Stage`.
         carry: what the Q-matrix begins with, see `Stage`; none in the first stage.
+        refine: how the blocks of the stage before are split, see `Stage`.
     """
 
     point: Any
     layout: Layout
     carry: Carry
+    refine: Refinement | None = None
 
 
 def stages_of(point: Any) -> tuple[StagePoint, ...]:
@@ -169,14 +206,16 @@ def stages_of(point: Any) -> tuple[StagePoint, ...]:
     places = alone.world
     for number, stage in enumerate(listed, 1):
         try:
-            here = StagePoint(stage.applied(alone), stage.layout, stage.carry if found else "none")
+            here = StagePoint(stage.applied(alone), stage.layout, stage.carry if found else "none", stage.refine)
             if stage.layout in ("same", "shifted") and here.point.world.shape != places.shape:
                 raise ValueError(
                     f"layout={stage.layout}: places on {_shown(places)} are not places on {_shown(here.point.world)}; "
                     "use scaled or new"
                 )
+            if here.refine:
+                _check_refinement(found[-1].point if found else None, here)
             if found:
-                _check_carry(found[-1].point, here)
+                _check_carry(found[-1], here)
         except ValueError as error:
             raise ValueError(f"curriculum: stage {number}: {error}") from error
         places = here.point.world if stage.layout == "new" else places
@@ -196,12 +235,41 @@ def from_scratch(point: Value) -> Value:
     return replace(point, curriculum=alone)  # type: ignore[type-var]
 
 
-def _check_carry(before: Any, here: StagePoint) -> None:
+def _check_refinement(before: Any, here: StagePoint) -> None:
+    """Refuse a stage that cannot refine the blocks of the one before.
+
+    Raises:
+        ValueError: there is none, it has no blocks or others, or its errors cannot be known.
+    """
+    point, refine = here.point, f"refine={here.refine.split if here.refine else None}"
+    if before is None:
+        raise ValueError(f"{refine}: there is no stage before the first one whose blocks could be split")
+    if not isinstance(point.representation, Aggregated):
+        name = full_name(type(point.representation))
+        raise ValueError(f"{refine}: splits blocks, and {name} has none; use representation=aggregated")
+    if before.representation != point.representation or before.world.shape != point.world.shape:
+        raise ValueError(
+            f"{refine}: splits the blocks of the stage before, so representation and size should be those of that stage"
+        )
+    if here.carry == "same_observation":
+        raise ValueError(f"carry=same_observation, {refine}: {_NEW_PARTS}")
+    if not point.msa.repeats:
+        raise ValueError(f"{refine}: actions that depend on observations do not know the parts of blocks; use others")
+    if here.refine and here.refine.split == "disagreeing" and before.learner.alpha == 0:
+        raise ValueError(f"{refine}: the stage before learns nothing (learner.alpha=0), so it has no TD errors")
+
+
+def _check_carry(stage_before: StagePoint, here: StagePoint) -> None:
     """Refuse a stage to which the Q-matrix of the one before cannot be carried.
 
     Raises:
         ValueError: the actions, or the meanings of codes, are others.
     """
+    before = stage_before.point
+    if here.carry == "same_observation" and stage_before.refine:
+        raise ValueError(
+            "carry=same_observation: the stage before observes other blocks; use same_place, none or a function"
+        )
     if here.carry == "same_observation" and before.representation != here.point.representation:
         raise ValueError(
             "carry=same_observation: observations of another representation have another meaning; use same_place, none "

@@ -55,7 +55,7 @@ def assert_agrees(point: DesignPoint) -> None:
         np.testing.assert_array_equal(stage.carried, [period[number].carried for period in expected])
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(point=strategies.staged_points().filter(stages_of))
 def test_steps_success_and_rows_of_all_stages_agree_with_the_reference(point: DesignPoint):
     for number, layouts in enumerate(stage_layouts(point, stages_of(point))):

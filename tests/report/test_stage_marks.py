@@ -7,24 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning import simulate
 from rl_design_space.plan.plan import Plan
-from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report.curves import Curves
 from rl_design_space.report.curves_figure import CurvesFigure
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.scratch import SCRATCH
 from rl_design_space.report.stage_marks import GREY, STAGES
+from tests.points import planning
 from tests.report.readers import LearningReader
 
 
 @pytest.fixture(scope="module")
 def both() -> Study:
     """The same stages with and without carried values."""
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         sweep = [*SWEEP, "curriculum.trials=3", "task.goals=2", "curriculum.carry=same_place,none"]
         return Study("mine", (), planner.composer.config(()), plan_overrides(sweep, planner))
 
@@ -38,8 +36,7 @@ FIGURE = CurvesFigure(
 
 
 def test_a_line_marks_where_a_stage_begins_and_each_has_its_levels():
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         config = planner.composer.config(())
         study = Study("mine", (), config, plan_overrides([*SWEEP, "curriculum.trials=3", "task.goals=2"], planner))
     frames = FIGURE.frames(Runs.of_study(study, LearningReader(study.plan)))
@@ -77,8 +74,8 @@ def test_a_line_from_scratch_is_its_own_baseline(both: Study):
 
 
 def test_curves_of_any_runs_mark_where_their_stages_begin(both: Study):
-    with shipped_config():
-        plain = plan_overrides([*SWEEP[:3], "task.trials=9", "task.goals=2"], Planner())
+    with planning() as planner:
+        plain = plan_overrides([*SWEEP[:3], "task.trials=9", "task.goals=2"], planner)
     study = replace(both, plan=Plan((*both.plan, *plain)))
     report = Curves(by=("curriculum.carry",))
     frames = report.frames(Runs.of_study(both, LearningReader(both.plan)))
