@@ -32,6 +32,7 @@ from rl_design_space.learning.lanes import (
 )
 from rl_design_space.learning.moving import move_on, move_once, sort_by_length
 from rl_design_space.learning.periods import begin_period, begin_trial, end_period, swap
+from rl_design_space.learning.sequential.periods import learn_in_sequence
 from rl_design_space.learning.updating import keep, propagate, update
 
 
@@ -60,7 +61,7 @@ class Rules(NamedTuple):
 @compiled_and_kept
 def learn(
     next_cell, limits, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success, rows,
-    table,
+    table, method,
 ):  # fmt: skip
     """Learn periods, as many side by side as there are lanes.
 
@@ -84,6 +85,8 @@ def learn(
         rows: (periods, 2) int32, output: rows of the Q-matrix, and rows whose values learning has changed.
         table: what the actions do in the periods to begin, see `ActionTable`. None if action a makes limits[a] steps in
             direction a % 4: the first four are the primitive actions, and groups of four have equal limits.
+        method: the learner, its behaviour and its step sizes, see `sequential.method.Method`: then all periods are
+            learned by this call, one after the other. None for Q-learning with constant α and ε-greedy behaviour.
     """
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
@@ -91,6 +94,12 @@ def learn(
     next_of = step_table(next_cell, table)
     limit_of = np.array(limits)
     reward_of = np.array((rules.step_reward, rules.out_of_order_reward, rules.sub_goal_reward, rules.final_goal_reward))
+    if method is not None:
+        learn_in_sequence(
+            next_of, limits, rules, reward_of, observation, first, layout, generator, lanes, steps, success, rows,
+            table, method,
+        )  # fmt: skip
+        return
     numbers, reals, values, q, entries = (
         lanes.numbers,
         lanes.reals,

@@ -75,11 +75,13 @@ def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
     tables = learning_tables(point)
     table = action_table(point, layout[np.newaxis, 1:], codes)
     state = behaviour_states(point.seed, point.task.periods)[period]
-    played = _learn(tables.next_cell, codes, layout, tables.threshold, tables.limits, tables.rules, state, table)
+    played = _learn(
+        tables.next_cell, codes, layout, tables.threshold, tables.limits, tables.rules, state, table, tables.method
+    )
     return played, np.unique(codes)
 
 
-def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None) -> Play:
+def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None, method=None) -> Play:
     # Read-only as in a simulation: the kernel would be compiled again for other types.
     generator, layout = np.array([state], dtype=np.uint64), np.array([layout], dtype=np.int32)
     generator.setflags(write=False)
@@ -89,7 +91,23 @@ def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None
     steps = np.empty((1, len(threshold)), dtype=np.int32)
     success = np.empty((1, len(threshold)), dtype=np.bool_)
     rows = np.empty((1, 2), dtype=np.int32)
-    learn(next_cell, limits, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows, table)
+    learn(
+        next_cell,
+        limits,
+        threshold,
+        rules,
+        codes,
+        0,
+        layout,
+        generator,
+        lanes,
+        True,
+        steps,
+        success,
+        rows,
+        table,
+        method,
+    )
     # The learner numbers rows as their codes occur; here they go by the codes' values.
     _, occurs = np.unique(codes, return_index=True)
     row_of = np.argsort(np.argsort(occurs))

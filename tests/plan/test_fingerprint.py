@@ -129,12 +129,17 @@ def another_value(value: Any, kind: Any) -> Any:
     raise AssertionError(f"say here what another value than {value!r} is")
 
 
+#: What else a field needs to be changed.
+NEEDED = {"alpha_fall": {"alpha_schedule": "linear"}, "alpha_power": {"alpha_schedule": "polynomial"}}
+
+
 def changed(component: Any) -> Iterator[tuple[str, Any]]:
     """Yield copies of a component, each with one field changed."""
     kinds = get_type_hints(type(component))
     for one in fields(component):
         value = getattr(component, one.name)
-        yield one.name, replace(component, **{one.name: another_value(value, kinds[one.name])})
+        changes = {one.name: another_value(value, kinds[one.name]), **NEEDED.get(one.name, {})}
+        yield one.name, replace(component, **changes)
 
 
 OPTIONS = [(group, file.stem) for group in OPTION_GROUPS for file in sorted((CONF / group).glob("*.yaml"))]
