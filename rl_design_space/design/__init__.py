@@ -9,14 +9,17 @@ from typing import TYPE_CHECKING
 
 from rl_design_space.design.actions import *
 from rl_design_space.design.adaptive import *
+from rl_design_space.design.aggregated import *
 from rl_design_space.design.controllers import *
 from rl_design_space.design.curriculum import *
 from rl_design_space.design.double_q import *
 from rl_design_space.design.dyna import *
 from rl_design_space.design.exploration import *
+from rl_design_space.design.learned_in_lanes import *
 from rl_design_space.design.learner import *
 from rl_design_space.design.msa import *
 from rl_design_space.design.multi_step_learners import *
+from rl_design_space.design.observing import *
 from rl_design_space.design.on_policy import *
 from rl_design_space.design.own_learner import *
 from rl_design_space.design.point import *
@@ -25,6 +28,7 @@ from rl_design_space.design.reward import *
 from rl_design_space.design.sight import *
 from rl_design_space.design.stage import *
 from rl_design_space.design.task import *
+from rl_design_space.design.without import *
 from rl_design_space.design.world import *
 
 if not TYPE_CHECKING:  # type checkers follow the star imports, and take a computed list for an empty one

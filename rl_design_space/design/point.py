@@ -14,9 +14,11 @@ from rl_design_space.design.adaptive import ClosedLoop, Level, OptimisticValues,
 from rl_design_space.design.curriculum import Curriculum, Stages, stages_of
 from rl_design_space.design.exploration import Constant, Exploration
 from rl_design_space.design.identity import absent_as, full_name
+from rl_design_space.design.learned_in_lanes import learned_in_lanes
 from rl_design_space.design.learner import QLearning, TabularLearner
 from rl_design_space.design.msa import MultiStepActions
-from rl_design_space.design.representation import AdHoc, Representation
+from rl_design_space.design.observing import FittedRepresentation, Representation
+from rl_design_space.design.representation import AdHoc
 from rl_design_space.design.reward import GoalReward, Reward
 from rl_design_space.design.task import Task
 from rl_design_space.design.world import MOVES, Torus, World, cell_count
@@ -62,8 +64,8 @@ class DesignPoint:
         curriculum: stages of a period that differ in something and share one Q-matrix.
 
     Raises:
-        pydantic.ValidationError: a choice is of the wrong kind, the goals do not fit the world, or the actions see
-            what the representation does not show.
+        pydantic.ValidationError: a choice is of the wrong kind, the goals or the representation do not fit the world,
+            or the actions see what the representation does not show.
     """
 
     seed: Annotated[int, Field(ge=0, lt=2**64)] = 0
@@ -91,6 +93,8 @@ class DesignPoint:
                 f"task.goals={self.task.goals}: with {cells} cells and these actions a period may need a Q-matrix of "
                 f"{values} values; at most {_MOST_VALUES} can be learned"
             )
+        if isinstance(self.representation, FittedRepresentation):
+            self.representation.check(self.world, self.task.goals)
         if isinstance(self.msa, SeeingActions):
             self.msa.check(self.world, self.representation, self.task.goals)
         return self
@@ -136,13 +140,6 @@ class DesignPoint:
         def from_overrides(cls, overrides: Sequence[str] = (), config_dir: str | Path | None = None) -> DesignPoint:
             """Compose a point from overrides; added by `rl_design_space`, because this module composes nothing."""
             ...
-
-
-def learned_in_lanes(point: DesignPoint) -> bool:
-    """Return whether a point needs nothing but Q-learning with constant α and a schedule of ε."""
-    learner, exploration = point.learner, point.exploration
-    scheduled = level_of(exploration) == "epsilon" and not isinstance(exploration, ClosedLoop)
-    return scheduled and isinstance(learner, QLearning) and learner.alpha_schedule == "constant"
 
 
 def _or(names: Sequence[str]) -> str:

@@ -134,7 +134,7 @@ class Replayer:
         steps, success = np.empty((1, task.trials), dtype=np.int32), np.empty((1, task.trials), dtype=np.bool_)
         rows = np.empty((1, 2), dtype=np.int32)
         common = (tables.next_cell, tables.limits, tables.threshold, tables.rules, codes)
-        learn(*common, 0, layout, generator, lanes, True, steps, success, rows, table, tables.method)
+        learn(*common, 0, layout, generator, lanes, True, steps, success, rows, table, None, tables.method)
 
         # Its number of rows and of steps is known now.
         row = _rows(codes[0])
@@ -150,7 +150,7 @@ class Replayer:
             record(*common, layout, generator, lanes, history, trail, again[0], succeeded[0], table)
         else:
             noted = tables.method._replace(notes=Notes(trail, history))
-            learn(*common, 0, layout, generator, lanes, True, again, succeeded, rows, table, noted)
+            learn(*common, 0, layout, generator, lanes, True, again, succeeded, rows, table, None, noted)
         if not (np.array_equal(again, steps) and np.array_equal(succeeded, success)):
             raise RuntimeError(f"period {period}: learned again, it took other steps; this is a bug")
         states = (trail.counters * codes.shape[2] + trail.cells)[trail.counters < task.goals]

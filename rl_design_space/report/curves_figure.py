@@ -31,6 +31,7 @@ from rl_design_space.report.baselines import (
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, different_choices
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.scratch import SCRATCH, SCRATCH_NOTE, draw_scratch, scratch_frame, told_of_scratch
 from rl_design_space.report.stage_marks import GREY, LEVELS, STAGE_NOTE, STAGES, draw_stages, stage_frame
 from rl_design_space.report.style import (
     DASHES,
@@ -131,6 +132,7 @@ class CurvesFigure(Report):
                 and the columns of `curve_summary`, NaN if missing: one row for each line.
             PANELS: panel; optimum and random_walk, steps of a trial, NaN if nothing is recorded.
             STAGES: panel, and columns of `stage_frame`: one row for each stage of the line that has the most.
+            SCRATCH: see `scratch_frame`.
         """
         points = self.points(runs)
         results = {names: runs.pooled(seeds) for names, seeds in points.items()}
@@ -163,10 +165,11 @@ class CurvesFigure(Report):
             LINES: pd.DataFrame(lines),
             PANELS: pd.DataFrame(panels),
             STAGES: stage_frame(points, results),
+            SCRATCH: scratch_frame(runs, points, results),
         }
 
     def csv(self, frames: Frames) -> Frames:
-        curves = {MAIN: frames[MAIN]}
+        curves = {MAIN: frames[MAIN], **({SCRATCH: frames[SCRATCH]} if len(frames[SCRATCH]) else {})}
         return curves | {EXPLORATION: frames[EXPLORATION][_EXPLORATION_COLUMNS]} if self.families else curves
 
     def draw(self, frames: Frames) -> Figure:
@@ -182,6 +185,7 @@ class CurvesFigure(Report):
             f"final level: until the mean curve of steps / optimum stays within {NEAR} times its mean over the last "
             f"{FINAL_TRIALS} trials. Failed trials count with the steps up to the step cap.",
             *told_of_memoryless(frames[LINES], frames[PANELS]),
+            *told_of_scratch(frames[SCRATCH], has_stages=len(frames[STAGES]) > 0),
         ]
 
     def _exploration(self, runs: Runs) -> pd.DataFrame:
@@ -228,11 +232,11 @@ def _draw(frames: Frames, title: str, families: Sequence[str]) -> Figure:
     for number, panel in enumerate(panels.to_dict("records")):
         block, column = divmod(number, _COLUMNS)
         above, below, *lowest = axes[block * len(heights) : (block + 1) * len(heights), column]
-        of_lines, of_curves, of_points = (
-            frames[name][frames[name]["panel"] == panel["panel"]] for name in (LINES, MAIN, EXPLORATION)
+        of_lines, of_curves, of_points, of_stages, of_scratch = (
+            frames[name][frames[name]["panel"] == panel["panel"]]
+            for name in (LINES, MAIN, EXPLORATION, STAGES, SCRATCH)
         )
-        _draw_curves(above, below, of_lines, of_curves)
-        of_stages = frames[STAGES][frames[STAGES]["panel"] == panel["panel"]]
+        _draw_curves(above, below, of_lines, of_curves, draw_scratch(above, of_scratch))
         draw_stages(above, below, of_stages)
         if not np.isnan(panel["optimum"]):
             for level, dashes in LEVELS if of_stages.empty else ():
@@ -249,13 +253,13 @@ def _draw(frames: Frames, title: str, families: Sequence[str]) -> Figure:
             for axis, name in zip((above, below, *lowest), _HEIGHTS, strict=False):
                 axis.set_ylabel(name)
     figure.suptitle(title, fontsize=12)
-    staged = STAGE_NOTE if len(frames[STAGES]) else ""
+    staged = (STAGE_NOTE if len(frames[STAGES]) else "") + (SCRATCH_NOTE if len(frames[SCRATCH]) else "")
     memoryless = _MEMORYLESS_NOTE if len(above_optimum(frames[LINES], panels)) else ""
     figure.supxlabel(_NOTE + staged + memoryless + (_EXPLORATION_NOTE if families else ""), fontsize=8)
     return figure
 
 
-def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataFrame) -> None:
+def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataFrame, more: Sequence[Line2D]) -> None:
     handles = []
     for line, colour, dashes in zip(lines.to_dict("records"), colours(len(lines)), DASHES * len(lines), strict=False):
         missing = np.isnan(line["total_steps"])
@@ -265,6 +269,7 @@ def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataF
             curve = curves[curves["line"] == line["line"]]
             draw_curve(above, curve, colour, dashes)
             below.plot(curve["trial"], curve["failed"], color=colour, linestyle=dashes, linewidth=1.1)
+    handles += more
     above.legend(handles=handles, frameon=False, fontsize=8, loc="best", ncols=1 + (len(handles) > 4))
     above.set_xticklabels([])
     below.set_xlabel("trial")

@@ -106,6 +106,7 @@ def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None
         success,
         rows,
         table,
+        None,
         method,
     )
     # The learner numbers rows as their codes occur; here they go by the codes' values.

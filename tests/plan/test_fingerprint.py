@@ -12,7 +12,19 @@ import pytest
 
 from rl_design_space._paths import CONF
 from rl_design_space.config.compose import OPTION_GROUPS
-from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Stage, Task, Torus, Walled
+from rl_design_space.design import (
+    AdHoc,
+    Aggregated,
+    DesignPoint,
+    Linear,
+    MultiStepActions,
+    Refine,
+    Stage,
+    Task,
+    Torus,
+    Walled,
+    Without,
+)
 from rl_design_space.design.identity import absent_as
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
@@ -131,15 +143,21 @@ def another_value(value: Any, kind: Any) -> Any:
 
 #: What else a field needs to be changed.
 NEEDED = {"alpha_fall": {"alpha_schedule": "linear"}, "alpha_power": {"alpha_schedule": "polynomial"}}
+#: Other values of fields that allow few.
+ALLOWED = {
+    Aggregated: {"block": 5},
+    Refine: {"split": "all", "rows": 9, "times": 3, "trials": 7, "carry": "none"},
+    Without: {"of": AdHoc(), "leave_out": ("goal1",), "counters": (1,)},
+}
 
 
 def changed(component: Any) -> Iterator[tuple[str, Any]]:
     """Yield copies of a component, each with one field changed."""
-    kinds = get_type_hints(type(component))
+    kinds, allowed = get_type_hints(type(component)), ALLOWED.get(type(component), {})
     for one in fields(component):
         value = getattr(component, one.name)
-        changes = {one.name: another_value(value, kinds[one.name]), **NEEDED.get(one.name, {})}
-        yield one.name, replace(component, **changes)
+        other = allowed[one.name] if allowed else another_value(value, kinds[one.name])
+        yield one.name, replace(component, **{one.name: other}, **NEEDED.get(one.name, {}))
 
 
 OPTIONS = [(group, file.stem) for group in OPTION_GROUPS for file in sorted((CONF / group).glob("*.yaml"))]

@@ -4,3 +4,5 @@ Learners differ in their targets and in what they remember, so their phases are 
 gets a `Method`. One compiled function learns with all of them: compiling takes much longer than to ask, step by step,
 which learner it is.
 """
+
+__all__: list[str] = []
