@@ -260,8 +260,8 @@ def _check_refinement(before: Any, here: StagePoint) -> None:
         raise ValueError(f"{refine}: the stage before learns nothing (learner.alpha=0), so it has no TD errors")
     if here.refine and here.refine.split == "disagreeing" and not learned_in_lanes(before):
         raise ValueError(
-            f"{refine}: TD errors are those of Q-learning with constant α and a schedule of ε, in the stage before; use "
-            "refine=all, or that learner there"
+            f"{refine}: TD errors are those of Q-learning with constant α and a schedule of ε in the stage before; "
+            "use refine=all, or that learner there"
         )
 
 

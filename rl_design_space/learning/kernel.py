@@ -60,7 +60,7 @@ class Rules(NamedTuple):
 
 
 @compiled_and_kept
-def learn(
+def learn(  # noqa: C901 (branches on `table`, `errors` and `method` are compiled away)
     next_cell, limits, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success, rows,
     table, errors, method,
 ):  # fmt: skip

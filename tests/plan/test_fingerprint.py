@@ -130,6 +130,8 @@ def another_value(value: Any, kind: Any) -> Any:
             return choices[0]
         case str():
             return f"{value}_also"
+        case None:  # of a probability
+            return 0.3
         case bool():
             return not value
         case int():
