@@ -89,7 +89,9 @@ def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None
     steps = np.empty((1, len(threshold)), dtype=np.int32)
     success = np.empty((1, len(threshold)), dtype=np.bool_)
     rows = np.empty((1, 2), dtype=np.int32)
-    learn(next_cell, limits, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows, table)
+    learn(
+        next_cell, limits, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows, table, None
+    )  # fmt: skip
     # The learner numbers rows as their codes occur; here they go by the codes' values.
     _, occurs = np.unique(codes, return_index=True)
     row_of = np.argsort(np.argsort(occurs))
