@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import DesignPoint
+from rl_design_space.design import DesignPoint, Outcomes
 from rl_design_space.learning.behaviour import COIN_SIDES
+from rl_design_space.learning.chance import Chance, chance_of
 from rl_design_space.learning.checked import action_table as action_table
 from rl_design_space.learning.checked import behaviour_of as behaviour_of
-from rl_design_space.learning.checked import epsilons, limits, rewards, transitions
+from rl_design_space.learning.checked import epsilons, limits, outcomes, rewards, transitions
 from rl_design_space.learning.checked import observation_codes as observation_codes
 from rl_design_space.learning.kernel import Rules
 
@@ -26,6 +27,8 @@ class Tables(NamedTuple):
         threshold: (trials,) uint64, epsilon · 2^32.
         limits: the most steps of each action.
         rules: parameters of the learner, and rewards.
+        outcomes: what steps may lead to; None if there is no chance in it.
+        chance: the same as the kernel reads it.
     """
 
     next_cell: NDArray[np.int32]
@@ -33,6 +36,13 @@ class Tables(NamedTuple):
     threshold: NDArray[np.uint64]
     limits: tuple[int, ...]
     rules: Rules
+    outcomes: Outcomes | None = None
+    chance: Chance | None = None
+
+    @property
+    def n_outcomes(self) -> int:
+        """The most outcomes of a step."""
+        return 1 if self.outcomes is None else self.outcomes.cells.shape[-1]
 
 
 def learning_tables(point: DesignPoint) -> Tables:
@@ -43,7 +53,16 @@ def learning_tables(point: DesignPoint) -> Tables:
     """
     epsilon = epsilons(point)
     threshold = np.rint(epsilon * COIN_SIDES).astype(np.uint64)
-    return Tables(transitions(point), epsilon, threshold, tuple(limits(point).tolist()), _rules(point, rewards(point)))
+    found = outcomes(point)
+    return Tables(
+        transitions(point),
+        epsilon,
+        threshold,
+        tuple(limits(point).tolist()),
+        _rules(point, rewards(point)),
+        found,
+        found and chance_of(*found, tabulated=not point.msa.repeats),
+    )
 
 
 def _rules(point: DesignPoint, table: FloatArray) -> Rules:

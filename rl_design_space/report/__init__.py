@@ -1,5 +1,6 @@
 """Reports: tables and figures of tracked runs. Only what looks inside learns, single periods again."""
 
+from rl_design_space.report.attributes import Attributes
 from rl_design_space.report.best import Best
 from rl_design_space.report.claims_ledger import ClaimsLedger
 from rl_design_space.report.compare import Compare
@@ -26,6 +27,7 @@ from rl_design_space.report.transfer_curve import TransferCurve
 from rl_design_space.report.transfer_map import TransferMap
 
 __all__ = [
+    "Attributes",
     "Best",
     "ClaimsLedger",
     "Compare",

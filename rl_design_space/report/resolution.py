@@ -14,15 +14,14 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval, resample_weights
+from rl_design_space.analysis.statistics import mean_estimate
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point
+from rl_design_space.report.ratios import named, of_periods, ratio
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import DASHES, MARKERS, beyond, colours, interval, number, styled, tidy, write_in_full
 from rl_design_space.tracking.selection import Where
@@ -65,10 +64,10 @@ class Resolution(Report):
     def _row(self, kind: str, point: Point, result: LearningCurves) -> dict[str, Any]:
         row: dict[str, Any] = {"kind": kind, "budget": point.parameters.get(_BUDGET), "rows": result.rows[:, 0].mean()}
         for name in _MEASURES:
-            row |= _named(name, mean_estimate(_values(result, name)))
+            row |= named(name, mean_estimate(of_periods(result, name)))
         ends = np.cumsum(result.steps, axis=1)
         for steps in self.within:
-            row |= _named(f"trials_in_{steps}", mean_estimate((ends <= steps).sum(axis=1).astype(np.float64)))
+            row |= named(f"trials_in_{steps}", mean_estimate((ends <= steps).sum(axis=1).astype(np.float64)))
         return row | {"periods": len(result.steps)}
 
     def _at_equal_rows(self, found: list[tuple[str, Point, LearningCurves]]) -> pd.DataFrame:
@@ -82,7 +81,7 @@ class Resolution(Report):
                 continue
             row: dict[str, Any] = {"kind": kind, "budget": point.parameters[_BUDGET], "rows": result.rows[:, 0].mean()}
             for name in _MEASURES:
-                row |= _named(name, _ratio(_values(result, name), _values(other, name)))
+                row |= named(name, ratio(of_periods(result, name), of_periods(other, name)))
             rows.append(row)
         return pd.DataFrame(rows)
 
@@ -93,29 +92,16 @@ class Resolution(Report):
         main, first = frames[MAIN], next(iter(self.kinds))
         names = {"final_steps_over_optimum": "last trials over optimum", "total_steps": "total steps"}
         names |= {f"trials_in_{steps}": f"trials within {steps:,} steps" for steps in self.within}
-        parts = [table(_texts(main, names))]
-        if len(frames[EQUAL_ROWS]):
-            equal = {name: f"{names[name]}, ratio to {first}" for name in _MEASURES}
-            parts += ["## At equal numbers of rows", table(_texts(frames[EQUAL_ROWS], equal))]
+        texts, equal = _texts(main, names), frames[EQUAL_ROWS]
+        for name in _MEASURES if len(equal) else ():
+            ratios = dict(zip(zip(equal["kind"], equal["budget"], strict=True), _estimates(equal, name), strict=True))
+            keys = zip(main["kind"], main["budget"], strict=True)
+            texts[f"{names[name]}, ratio to {first} at equal rows"] = [ratios.get(key, "") for key in keys]
         return [
-            *parts,
+            table(texts),
             "Rows: the mean number at the end, over periods. Last trials: the mean steps of the last ten trials over "
             "the fewest possible. In parentheses: 95 % bootstrap intervals over periods; ratios are of means over the "
             "same periods. Trials within a number of steps: how many have ended by then, at equal numbers of steps.",
-        ]
-
-    def numbers(self, frames: Frames) -> list[str]:
-        return [
-            f"{row['kind']}, {row['rows']:.0f} rows: last trials {row['final_steps_over_optimum']:.3g} times the "
-            f"optimum, {row['total_steps']:,.0f} steps in all, "
-            + ", ".join(f"{row[f'trials_in_{steps}']:.1f} trials in {steps:,}" for steps in self.within)
-            for row in frames[MAIN].to_dict("records")
-        ] + [
-            f"{row['kind']} at {row['budget']} rows: last trials {row['final_steps_over_optimum']:.3g} "
-            f"({interval(row['final_steps_over_optimum_low'], row['final_steps_over_optimum_high'])}) times those of "
-            f"{next(iter(self.kinds))}, total steps {row['total_steps']:.3g} "
-            f"({interval(row['total_steps_low'], row['total_steps_high'])})"
-            for row in frames[EQUAL_ROWS].to_dict("records")
         ]
 
 
@@ -126,24 +112,6 @@ def _results(runs: Runs, kind: str, where: Where) -> Iterator[tuple[str, Point, 
             yield kind, point, result
 
 
-def _values(result: LearningCurves, name: str) -> FloatArray:
-    values = measure(name).each(result)
-    assert values is not None
-    return values
-
-
-def _named(name: str, estimate: Estimate) -> Mapping[str, float]:
-    return {name: estimate.value, f"{name}_low": estimate.low, f"{name}_high": estimate.high}
-
-
-def _ratio(values: FloatArray, others: FloatArray) -> Estimate:
-    """Return the ratio of the means over the periods that both have, with its interval over periods."""
-    common = min(len(values), len(others))
-    weights = resample_weights(common)
-    low, high = percentile_interval(weights @ values[:common] / (weights @ others[:common]))
-    return Estimate(float(values[:common].mean() / others[:common].mean()), float(low), float(high))
-
-
 def _curve(result: LearningCurves) -> pd.DataFrame:
     """Return the mean steps of each trial, and those of all trials before it."""
     steps = result.steps.mean(axis=0)
@@ -152,10 +120,12 @@ def _curve(result: LearningCurves) -> pd.DataFrame:
 
 def _texts(frame: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:
     texts: dict[str, Any] = {"kind": frame["kind"], "rows": frame["rows"].map("{:.0f}".format)}
-    for name, heading in names.items():
-        ends = zip(frame[name], frame[f"{name}_low"], frame[f"{name}_high"], strict=True)
-        texts[heading] = [f"{number(value)} ({interval(low, high)})" for value, low, high in ends]
-    return pd.DataFrame(texts)
+    return pd.DataFrame(texts | {heading: _estimates(frame, name) for name, heading in names.items()})
+
+
+def _estimates(frame: pd.DataFrame, name: str) -> list[str]:
+    ends = zip(frame[name], frame[f"{name}_low"], frame[f"{name}_high"], strict=True)
+    return [f"{number(value)} ({interval(low, high)})" for value, low, high in ends]
 
 
 @styled()
@@ -190,6 +160,7 @@ def _label(axis: Axes, x: str, y: str) -> None:
     for scale, each in ((axis.set_xscale, axis.xaxis), (axis.set_yscale, axis.yaxis)):
         scale("log")
         each.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        each.set_tick_params(labelsize=8)
         write_in_full(each)
         each.set_minor_formatter(NullFormatter())
     tidy(axis)
