@@ -34,8 +34,10 @@ multiverse: $(VENV)/.run
 	$(BIN)/rl-design-report all >/dev/null
 	@echo "The page is outputs/report/index.html, with the multiverse of the claims"
 
+# Every command of a test reads the same modules, so their bytecode is kept whatever the user's environment says.
+test: export PYTHONDONTWRITEBYTECODE :=
 test: lint
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2
 
 lint: schemas
 	$(BIN)/ruff check .

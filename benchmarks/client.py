@@ -69,7 +69,8 @@ class Worker:
 
     Args:
         name: of the peer, see `benchmarks.peers.load`.
-        cache: empty folder for compiled code, so that what is measured has not been compiled before.
+        cache: empty folder for compiled code, so that what is measured has not been compiled before; None for that of
+            all other processes.
         python: the interpreter; a peer whose requirements conflict with ours can have its own.
 
     Raises:
@@ -77,9 +78,9 @@ class Worker:
         WorkerError: it died.
     """
 
-    def __init__(self, name: str, cache: Path, python: str = sys.executable) -> None:
+    def __init__(self, name: str, cache: Path | None, python: str = sys.executable) -> None:
         self._errors = TemporaryFile("w+")  # noqa: SIM115 (closed with the worker)
-        environment = {**os.environ, **_ONE_THREAD, "NUMBA_CACHE_DIR": str(cache)}
+        environment = {**os.environ, **_ONE_THREAD, **({} if cache is None else {"NUMBA_CACHE_DIR": str(cache)})}
         started = perf_counter()
         with pinned(last_core()):
             self._process = subprocess.Popen(

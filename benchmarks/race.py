@@ -37,6 +37,7 @@ class Setting:
         check_periods: learned at least by every peer before the first round.
         periods: most periods of a call; a peer that takes fewer at a time says so itself.
         pythons: interpreters of peers that do not run in this one.
+        compiles: whether Numba compiles anew, so that compiling is measured, even if there is code from before.
     """
 
     job: Job = field(default_factory=Job)
@@ -45,6 +46,7 @@ class Setting:
     check_periods: int = 40
     periods: int = 500
     pythons: Mapping[str, str] = field(default_factory=dict)
+    compiles: bool = True
 
 
 class Call(NamedTuple):
@@ -137,7 +139,7 @@ def race(setting: Setting, report: Callable[[str], None] = print) -> list[Entran
     """
     names = [OURS, *(name for name in setting.peers if name != OURS)]
     with ExitStack() as stack:
-        cache = Path(stack.enter_context(TemporaryDirectory()))
+        cache = Path(stack.enter_context(TemporaryDirectory())) if setting.compiles else None
         entrants, runners = [], []
         for name in names:
             entrant, worker = _start(name, cache, setting)
@@ -163,7 +165,7 @@ def race(setting: Setting, report: Callable[[str], None] = print) -> list[Entran
     return entrants
 
 
-def _start(name: str, cache: Path, setting: Setting) -> tuple[Entrant, Worker | None]:
+def _start(name: str, cache: Path | None, setting: Setting) -> tuple[Entrant, Worker | None]:
     try:
         worker = Worker(name, cache, **({"python": setting.pythons[name]} if name in setting.pythons else {}))
     except Missing as missing:

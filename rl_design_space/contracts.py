@@ -27,12 +27,15 @@ from rl_design_space._arrays import IntArray
 from rl_design_space.design import (
     ActionSet,
     AdHoc,
+    Aggregated,
+    AttributedRepresentation,
     CarryRule,
     Curriculum,
     DesignPoint,
     Direct,
     Direction,
     Exploration,
+    MultiStepActions,
     Representation,
     Reward,
     SizedRepresentation,
@@ -40,6 +43,7 @@ from rl_design_space.design import (
     Task,
     Torus,
     Walled,
+    Without,
     World,
     cell_count,
 )
@@ -92,18 +96,29 @@ def check_world(world: World) -> None:
 
 
 def check_representation(representation: Representation, worlds: Sequence[World] = _WORLDS) -> None:
-    """Check the observation codes of a representation, for layouts of one to three goals in each of these worlds."""
+    """Check the codes of a representation, for layouts of one to three goals in each of these worlds that it fits."""
     _check_value(representation, Representation)
-    for world in worlds:
-        for n_goals in range(1, 1 + min(3, cell_count(world) - 1)):
-            point = DesignPoint(representation=representation, world=world, task=Task(goals=n_goals))
-            table = partial(checked.observation_codes, point)
-            codes = _check_layouts("observation()", table, cell_count(world), n_goals)
-            if isinstance(representation, SizedRepresentation):
-                size = representation.spanned_size(world, n_goals)
-                _expect(int(codes.max()) < size, f"observation() codes must be less than spanned_size() = {size}")
-                published = representation.published_size(world, n_goals)
-                _expect(type(published) is int and published > 0, "published_size() must be a positive whole number")
+    fitting = [
+        point
+        for world in worlds
+        for n_goals in range(1, 1 + min(3, cell_count(world) - 1))
+        if (point := _fitting(MultiStepActions(), representation, world, n_goals))
+    ]
+    _expect(bool(fitting), f"{type(representation).__name__} must fit one of the worlds {', '.join(map(str, worlds))}")
+    for point in fitting:
+        world, n_goals = point.world, point.task.goals
+        table = partial(checked.observation_codes, point)
+        codes = _check_layouts("observation()", table, cell_count(world), n_goals)
+        if isinstance(representation, SizedRepresentation):
+            size = representation.spanned_size(world, n_goals)
+            _expect(int(codes.max()) < size, f"observation() codes must be less than spanned_size() = {size}")
+            published = representation.published_size(world, n_goals)
+            _expect(type(published) is int and published > 0, "published_size() must be a positive whole number")
+        if isinstance(representation, AttributedRepresentation):
+            every = Without(of=representation).observation(world, _layouts(cell_count(world), n_goals))
+            both = np.stack([codes.ravel(), every.ravel()])
+            same = len({np.unique(each, axis=1).shape[1] for each in (both[:1], both[1:], both)}) == 1
+            _expect(same, "attributes() together must tell apart what observation() does")
 
 
 def check_exploration(exploration: Exploration) -> None:
@@ -175,10 +190,13 @@ def check_curriculum(curriculum: Curriculum) -> None:
         f"stage_list() must be a tuple of stages: {stages}",
     )
     _expect(curriculum.stage_list() == stages, "stage_list() must return the same stages at every call")
-    try:
-        DesignPoint(curriculum=curriculum, task=Task(goals=2))
-    except ValueError as error:
-        raise AssertionError(str(error)) from error
+    problems = []
+    for representation in (AdHoc(), Aggregated()):
+        try:
+            DesignPoint(curriculum=curriculum, representation=representation, task=Task(goals=2))
+        except ValueError as error:
+            problems.append(str(error))
+    _expect(len(problems) < 2, problems[0] if problems else "")
 
 
 def check_carry(rule: CarryRule, worlds: Sequence[World] = _WORLDS) -> None:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
 
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.plan.planner import Planner
 from rl_design_space.tracking.connection import connect
+from tests.order import LONGEST, Scheduling
+from tests.points import planning
 from tests.servers import (  # noqa: F401  (fixtures)
     _shared_mlflow_server,
     auth_server,
@@ -25,8 +27,8 @@ from tests.tracking.stores import import_mlflow
 @pytest.fixture(scope="module")
 def planner() -> Iterator[Planner]:
     """One planner a module: composing takes Hydra 0.1 s, and what is composed once is kept."""
-    with shipped_config():
-        yield Planner()
+    with planning() as planner:
+        yield planner
 
 
 @pytest.fixture(scope="session")
@@ -38,32 +40,6 @@ def empty_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return database
 
 
-#: Files that take longest, the longest first. Workers begin with them, so that all end at about the same time.
-LONGEST = (
-    "tracking/test_server_faults.py",
-    "hydra/test_other_plugins.py",
-    "run/clusters/test_clusters.py",
-    "tracking/test_faults.py",
-    "test_documented_commands.py",
-    "report/test_page.py",
-    "test_documented_servers.py",
-    "test_own_components.py",
-    "commands/test_ui.py",
-    "run/test_kills.py",
-    "commands/test_cli.py",
-    "commands/test_sweep.py",
-    "benchmarks/test_tracking.py",
-    "test_components_page.py",
-    "test_documented_configs.py",
-    "test_new_option.py",
-    "benchmarks/test_race.py",
-    "benchmarks/test_browse.py",
-    "learning/test_compiled.py",
-    "commands/test_new.py",
-    "test_compose_file.py",
-)
-
-
 # Half of what is usual; properties that need more say so.
 settings.register_profile("suite", max_examples=50)
 settings.load_profile("suite")
@@ -73,6 +49,12 @@ def pytest_configure(config: pytest.Config) -> None:
     """Keep the order of files, which pytest-xdist would change into that of their numbers of tests."""
     if hasattr(config.option, "loadscopereorder"):
         config.option.loadscopereorder = False
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Scheduling | None:
+    """Keep files whole in all runs with several processes, unless another way is asked for."""
+    return Scheduling(config, log) if config.getvalue("dist") in {"load", "loadfile"} else None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -140,12 +140,22 @@ def learn_period(point: DesignPoint, layout: list[int], generator: Xoshiro) -> P
 
 
 def play_trials(
-    point: DesignPoint, layout: list[int], generator: Xoshiro, codes: list[list], actions: list[Action], q: dict
+    point: DesignPoint,
+    layout: list[int],
+    generator: Xoshiro,
+    codes: list[list],
+    actions: list[Action],
+    q: dict,
+    errors: dict | None = None,
 ) -> Period:
-    """All trials of a period, or of one of its stages, with a Q-matrix that is given."""
+    """All trials of a period, or of one of its stages, with a Q-matrix that is given.
+
+    How the values of executed actions change goes to `errors`, by success counter, cell and action.
+    """
+    errors = {} if errors is None else errors
     result = Period([], [], q)
     for epsilon in point.exploration.schedule(point.task.trials).tolist():
-        moves, solved = _play_trial(point, layout, codes, actions, q, epsilon, generator)
+        moves, solved = _play_trial(point, layout, codes, actions, q, epsilon, generator, errors)
         result.steps.append(moves)
         result.success.append(solved)
     return result
@@ -157,7 +167,7 @@ def learn(point: DesignPoint) -> list[Period]:
     return [learn_period(point, layout_of(point, period), generator_of(point, period)) for period in periods]
 
 
-def _play_trial(point, layout, codes, actions, q, epsilon, generator):
+def _play_trial(point, layout, codes, actions, q, epsilon, generator, errors):
     cell, *goals = layout
     cap = point.task.max_steps
     next_cell = point.world.next_cell().tolist()
@@ -168,6 +178,7 @@ def _play_trial(point, layout, codes, actions, q, epsilon, generator):
         action = actions[number]
         control = action.at[state]
         states, made, rewards = [state], [], []
+        began, old = (reached, cell, number), q[state][number]
         stopped = False
         while True:
             if control.step < 4:
@@ -187,6 +198,7 @@ def _play_trial(point, layout, codes, actions, q, epsilon, generator):
                 break
         gain = gain_of(point, action.limit, rewards)
         update(point, q, state, number, gain, len(rewards), states[-1])
+        errors.setdefault(began, []).append(q[state][number] - old)
         propagate(point, q, actions, number, states, made, rewards, stopped)
     return moves, reached == len(goals)
 

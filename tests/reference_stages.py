@@ -31,6 +31,7 @@ class _Carried:
     point: DesignPoint
     codes: list[list]
     memory: dict = field(default_factory=dict)
+    errors: dict = field(default_factory=dict)
 
 
 def learn_period(point: DesignPoint, period: int) -> list[Staged]:
@@ -38,26 +39,85 @@ def learn_period(point: DesignPoint, period: int) -> list[Staged]:
     generator = reference.generator_of(point, period)
     found, before = [], None
     for stage, layout in zip(stages_of(point), layouts_of(point, period), strict=True):
-        codes = meanings(stage.point, layout[1:])
+        codes = _split(stage, before) if stage.refine else meanings(stage.point, layout[1:])
         actions = _actions(stage.point, layout[1:], codes)
         fresh = [stage.point.learner.initial_q] * len(actions)
         begun = _begun(stage, codes, before)
         q = {code: list(begun.get(code, fresh)) for of_counter in codes for code in of_counter}
         first = {code: list(values) for code, values in q.items()}
-        played = reference.play_trials(stage.point, layout, generator, codes, actions, q)
+        errors: dict = {}
+        played = reference.play_trials(stage.point, layout, generator, codes, actions, q, errors)
         changed = sum(q[code] != first[code] for code in q)
         found.append(Staged(played, layout, len(begun.keys() & q.keys()), changed))
         memory = before.memory if before and stage.carry == "same_observation" else {}
-        before = _Carried(stage.point, codes, {**memory, **q})
+        before = _Carried(stage.point, codes, {**memory, **q}, errors)
     return found
+
+
+def _split(stage: StagePoint, before: _Carried) -> list[list]:
+    """Return what a stage with refined blocks observes: the counter and the block, as the places of its cells."""
+    width, cells = stage.point.world.shape[0], len(before.codes[0])
+    blocks: dict = {}
+    for counter, of_counter in enumerate(before.codes):
+        for cell, code in enumerate(of_counter):
+            blocks.setdefault(code, (counter, []))[1].append((cell % width, cell // width))
+    order = list(blocks)
+    if stage.refine.split == "disagreeing":
+        far = {code: _disagreement(*block, width, before.errors) for code, block in blocks.items()}
+        order = sorted((code for code in blocks if far[code] > 0), key=lambda code: -far[code])
+    total, parts = len(blocks), dict[object, list]()
+    for code in order if stage.refine.split != "none" else ():
+        xs, ys = (sorted({place[axis] for place in blocks[code][1]}) for axis in (0, 1))
+        halves = [[each[: (len(each) + 1) // 2], each[(len(each) + 1) // 2 :]] for each in (xs, ys)]
+        found = [[(x, y) for y in some_y for x in some_x] for some_y in halves[1] for some_x in halves[0]]
+        found = [part for part in found if part]
+        if total + len(found) - 1 <= (stage.refine.rows or cells * len(before.codes)):
+            parts[code] = found
+            total += len(found) - 1
+    observed = [[None] * cells for _ in before.codes]
+    for code, (counter, places) in blocks.items():
+        for part in parts.get(code, [places]):
+            for x, y in part:
+                observed[counter][y * width + x] = (counter, tuple(part))
+    return observed
+
+
+def _disagreement(counter: int, places: list, width: int, errors: dict) -> float:
+    """Return the sum of squares between the cells of a block, of the errors of each action."""
+    seen = [
+        (action, errors[counter, y * width + x, action])
+        for x, y in places
+        for action in range(1 + max(action for *_, action in errors))
+        if (counter, y * width + x, action) in errors
+    ]
+    sums: dict = {}
+    counts: dict = {}
+    for action, of_cell in seen:
+        sums[action] = sums.get(action, 0.0) + _sum(of_cell)
+        counts[action] = counts.get(action, 0) + len(of_cell)
+    found = 0.0
+    for action, of_cell in seen:
+        apart = _sum(of_cell) / len(of_cell) - sums[action] / counts[action]
+        found += len(of_cell) * (apart * apart)
+    return found
+
+
+def _sum(values: list[float]) -> float:
+    total = 0.0
+    for value in values:
+        total += value
+    return total
 
 
 def _actions(point: DesignPoint, goals: list[int], codes: list[list]) -> list[reference.Action]:
     """Return the actions, by what is observed instead of by its code."""
     numbered = point.representation.observation(point.world, np.array(goals)).tolist()
-    told = {number: code for pair in zip(numbered, codes, strict=True) for number, code in zip(*pair, strict=True)}
+    told = [(code, number) for pair in zip(codes, numbered, strict=True) for code, number in zip(*pair, strict=True)]
     actions = reference.actions_of(point, goals)
-    return [reference.Action(each.limit, {told[code]: does for code, does in each.at.items()}) for each in actions]
+    return [
+        reference.Action(each.limit, {code: each.at[number] for code, number in told if number in each.at})
+        for each in actions
+    ]
 
 
 def _begun(stage: StagePoint, codes: list[list], before: _Carried | None) -> dict:
@@ -89,7 +149,8 @@ def meanings(point: DesignPoint, goals: list[int]) -> list[list]:
     if isinstance(representation, Distance):
         x, y = (part.tolist() for part in world.offset(np.array(goals)))
         far = [[abs(a) + abs(b) for a, b in zip(*pair, strict=True)] for pair in zip(x, y, strict=True)]
-        seen = (lambda s, g: far[g]) if representation.goals == "all" else (lambda s, g: far[g] if g >= s else None)
+        is_seen = {"all": lambda s, g: True, "remaining": lambda s, g: g >= s, "due": lambda s, g: g == s}
+        seen = lambda s, g: far[g] if is_seen[representation.goals](s, g) else None  # noqa: E731
         return [
             [(s, *(seen(s, g) and seen(s, g)[c] for g in range(len(goals)))) for c in range(width * height)]
             for s in range(len(goals))

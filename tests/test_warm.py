@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.command_runner import Completed
-from tests.conftest import LONGEST
+from tests.order import LONGEST, TOGETHER
 from tests.warm import warm
 
 ENDINGS = {
@@ -70,5 +70,7 @@ def test_a_command_that_takes_too_long_is_killed(tmp_path: Path):
     assert warm().run([str(script)], cwd=tmp_path, env={}, timeout=60).stdout == "next\n"
 
 
-def test_the_longest_files_exist():
-    assert [name for name in LONGEST if not (Path(__file__).parent / name).exists()] == []
+def test_the_files_that_are_put_in_an_order_exist():
+    tests = Path(__file__).parent
+    files = [*(tests / name for name in LONGEST), *(tests.parent / name for pair in TOGETHER.items() for name in pair)]
+    assert [file for file in files if not file.exists()] == []

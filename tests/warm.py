@@ -125,6 +125,7 @@ def _serve() -> list[str]:
         simplefilter("ignore")
         for name in LIBRARIES:
             import_module(name)
+        _prepare_numba()
     gc.freeze()  # else collecting garbage copies all memory that processes share
     for line in iter(requests.readline, ""):
         request = json.loads(line)
@@ -138,6 +139,13 @@ def _serve() -> list[str]:
         print(process, file=answers, flush=True)
         print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), file=answers, flush=True)
     raise SystemExit
+
+
+def _prepare_numba() -> None:
+    """Have Numba read its tables of functions and types, which it does when a process first compiles or loads code."""
+    target = import_module("numba.core.registry").cpu_target
+    target.typing_context.refresh()
+    target.target_context.refresh()
 
 
 def _prepared(request: dict[str, Any]) -> list[str]:

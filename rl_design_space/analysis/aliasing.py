@@ -103,6 +103,6 @@ def _next_observations(
 
 def _conditional_entropy(given: NDArray[np.intp], of: NDArray[np.intp]) -> float:
     """Return the entropy in bits of one variable given another; every pair of values counts the same."""
-    _, pairs = np.unique(np.stack([given, of]), axis=1, return_counts=True)
+    _, pairs = np.unique(given * (of.max(initial=0) + 1) + of, return_counts=True)
     _, alone = np.unique(given, return_counts=True)
     return float((alone @ np.log2(alone) - pairs @ np.log2(pairs)) / len(given))

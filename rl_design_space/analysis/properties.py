@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +68,29 @@ class _Layout:
     codes: NDArray[np.int64]
     optimal: NDArray[np.bool_]
 
+    @cached_property
+    def votes(self) -> _Votes:
+        """For which steps the states of each observation vote."""
+        known, which, counts = np.unique(self.codes.ravel(), return_inverse=True, return_counts=True)
+        votes = [np.bincount(which[optimal.ravel()], minlength=len(known)) for optimal in self.optimal]
+        return _Votes(known, which, counts, np.stack(votes, axis=1))
+
+
+class _Votes(NamedTuple):
+    """For which steps the states of each observation vote: those that are optimal in them.
+
+    Attributes:
+        known: (observations,) the observations.
+        which: (states,) index of the observation of each state.
+        counts: (observations,) number of states of each.
+        votes: (observations, 4) number of states where each step is optimal.
+    """
+
+    known: NDArray[np.int64]
+    which: NDArray[np.intp]
+    counts: NDArray[np.int64]
+    votes: NDArray[np.intp]
+
 
 def properties(
     representation: Representation,
@@ -123,25 +148,16 @@ def _look(representation: Representation, places: Places) -> list[_Layout]:
     return [_Layout(*each) for each in zip(codes, places.optimal, strict=True)]
 
 
-def _votes(layout: _Layout) -> tuple[NDArray[np.int64], NDArray[np.intp], NDArray[np.int64], NDArray[np.int64]]:
-    """Return observations, index of each state's, number of states of each, and of those where each step is optimal."""
-    known, which, counts = np.unique(layout.codes.ravel(), return_inverse=True, return_counts=True)
-    votes = np.zeros((len(known), len(layout.optimal)), dtype=np.int64)
-    for move, optimal in enumerate(layout.optimal):
-        np.add.at(votes[:, move], which, optimal.ravel())
-    return known, which, counts, votes
-
-
 def _of_layout(layout: _Layout) -> tuple[float, float]:
     """Return the mean number of states with equal observations, and the share of aliased states."""
-    _, which, counts, votes = _votes(layout)
+    _, which, counts, votes = layout.votes
     agreed = (votes == counts[:, np.newaxis]).any(axis=1)
     return float(counts[which].mean()), float((~agreed[which]).mean())
 
 
 def _carried(known_from: _Layout, to: _Layout) -> float:
     """Return how often the best step for an observation in one layout is optimal in another."""
-    known, _, _, votes = _votes(known_from)
+    known, _, _, votes = known_from.votes
     codes = to.codes.ravel()
     place = np.minimum(np.searchsorted(known, codes), len(known) - 1)
     move = votes.argmax(axis=1)[place]

@@ -68,7 +68,7 @@ class Resamples:
     periods: int
     seed: int = 0
     resamples: int = RESAMPLES
-    of: slice = field(default_factory=lambda: slice(None))
+    of: slice = field(default_factory=lambda: slice(None), hash=False)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from rl_design_space.config.explain import explain, invalid
 from rl_design_space.config.overrides import ABSENT, SETTINGS
-from rl_design_space.config.stage_options import CURRICULUM, named_values
+from rl_design_space.config.stage_options import named_values
 from rl_design_space.config.target import check_fields, class_of
 from rl_design_space.design import DesignPoint
 from rl_design_space.design.identity import full_name, is_shipped
@@ -76,7 +76,7 @@ def build(key: str, node: Any) -> Any:
         raise ConfigError.at(f"{key}._target_", "???", "should name the class of this option")
     kind = class_of(key, node["_target_"])
     check_fields(key, kind, node)
-    named = named_values(node, build) if key == CURRICULUM else {}
+    named = named_values(key, kind, node, build)
     node = {name: value for name, value in node.items() if name not in named}
     try:
         if key not in _CHOICES:

@@ -1,4 +1,4 @@
-"""Values in a curriculum that name something: options in its stages, and carry rules."""
+"""Values that name something: options in the stages of a curriculum or inside of another option, and carry rules."""
 
 from __future__ import annotations
 
@@ -11,27 +11,39 @@ from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 
 from rl_design_space.config.target import function_of
-from rl_design_space.design import DesignPoint
+from rl_design_space.design import DesignPoint, Without
 from rl_design_space.errors import ConfigError
 
-#: The choice whose options hold such values, and the keys of these.
+#: The choices whose options hold such values, and the keys of these.
 CURRICULUM, _STAGES, _CARRY = "curriculum", "stages", "carry"
+_REPRESENTATION, _OF = "representation", "of"
 _CHOICES = frozenset(field.name for field in fields(DesignPoint)) - {"seed", CURRICULUM}
 Build = Callable[[str, Any], Any]
 
 
-def named_values(node: Mapping[str, Any], build: Build) -> dict[str, Any]:
-    """Return those values of a curriculum's config that name something, as what they name.
+def named_values(key: str, kind: type, node: Mapping[str, Any], build: Build) -> dict[str, Any]:
+    """Return those values of a component's config that name something, as what they name.
 
     In a stage, `representation: direction` names an option, as on the command line, and `{_target_: …}` describes one.
+    So does `of: direction` in a representation that leaves out attributes of another one.
 
     Args:
-        node: the config of a curriculum, plain Python values.
+        key: the choice.
+        kind: class of the component.
+        node: its config, plain Python values.
         build: builds a component from its key and config.
 
     Raises:
         ConfigError: there is no such option or function, or a value is not allowed.
     """
+    if key == CURRICULUM:
+        return _of_curriculum(node, build)
+    if issubclass(kind, Without) and isinstance(node.get(_OF), str):
+        return {_OF: _built(f"{key}.{_OF}", node[_OF], build)}
+    return {}
+
+
+def _of_curriculum(node: Mapping[str, Any], build: Build) -> dict[str, Any]:
     found = {}
     if _CARRY in node:
         found[_CARRY] = _rule(f"{CURRICULUM}.{_CARRY}", node[_CARRY])
@@ -50,12 +62,22 @@ def _stage(place: str, stage: Any, build: Build) -> Any:
 def _value(place: str, key: str, value: Any, build: Build) -> Any:
     if key == _CARRY:
         return _rule(f"{place}{key}", value)
-    if key not in _CHOICES or not isinstance(value, (str, Mapping)):
+    if _choice(key) not in _CHOICES or not isinstance(value, (str, Mapping)):
         return value
     try:
-        return build(key, _option(key, value) if isinstance(value, str) else value)
+        return _built(key, value, build)
     except ConfigError as error:
         raise ConfigError(f"{place}{error}") from error
+
+
+def _choice(key: str) -> str:
+    """Return the choice whose options a value may name."""
+    return _REPRESENTATION if key == f"{_REPRESENTATION}.{_OF}" else key
+
+
+def _built(key: str, value: str | Mapping[str, Any], build: Build) -> Any:
+    """Return the component that a value names or describes."""
+    return build(_choice(key), _option(key, value) if isinstance(value, str) else value)
 
 
 def _rule(key: str, name: Any) -> Any:
@@ -63,18 +85,19 @@ def _rule(key: str, name: Any) -> Any:
     return function_of(key, name) if isinstance(name, str) and "." in name else name
 
 
-def _option(group: str, option: str) -> Any:
+def _option(key: str, option: str) -> Any:
     """Return the content of an option's file.
 
     Raises:
         ConfigError: there is no such option, or choosing it means more than the content of its file.
     """
     repository = cast(ConfigLoaderImpl, GlobalHydra.instance().config_loader()).repository
+    group = _choice(key)
     if not repository.config_exists(f"{group}/{option}"):
-        raise ConfigError.unknown("option", option, repository.get_group_options(group), f"{group}=")
+        raise ConfigError.unknown("option", option, repository.get_group_options(group), f"{key}=")
     found: Any = repository.load_config(f"{group}/{option}")
     listed = [default for default in found.defaults_list or () if not default.is_self()]
     node = OmegaConf.to_container(found.config)
     if listed or "${" in str(node):
-        raise ConfigError.at(group, option, "has a defaults list or interpolations; write its values in the stage")
+        raise ConfigError.at(key, option, "has a defaults list or interpolations; write its values in the stage")
     return node

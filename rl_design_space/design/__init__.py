@@ -8,17 +8,20 @@ package offers every public class and function that the modules below define.
 from typing import TYPE_CHECKING
 
 from rl_design_space.design.actions import *
+from rl_design_space.design.aggregated import *
 from rl_design_space.design.controllers import *
 from rl_design_space.design.curriculum import *
 from rl_design_space.design.exploration import *
 from rl_design_space.design.learner import *
 from rl_design_space.design.msa import *
+from rl_design_space.design.observing import *
 from rl_design_space.design.point import *
 from rl_design_space.design.representation import *
 from rl_design_space.design.reward import *
 from rl_design_space.design.sight import *
 from rl_design_space.design.stage import *
 from rl_design_space.design.task import *
+from rl_design_space.design.without import *
 from rl_design_space.design.world import *
 
 if not TYPE_CHECKING:  # type checkers follow the star imports, and take a computed list for an empty one

@@ -15,7 +15,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT
 from rl_design_space.design.identity import full_name
-from rl_design_space.design.representation import Representation, SightedRepresentation
+from rl_design_space.design.observing import Representation, SightedRepresentation
 from rl_design_space.design.sight import Sight
 from rl_design_space.design.world import MOVES, World
 from rl_design_space.errors import ConfigError

@@ -14,7 +14,7 @@ from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT
 from rl_design_space.design.actions import WAIT, SeeingActions, sight_of
 from rl_design_space.design.identity import full_name
-from rl_design_space.design.representation import Representation
+from rl_design_space.design.observing import Representation
 from rl_design_space.design.sight import Sight
 from rl_design_space.design.world import World, cell_count
 from rl_design_space.errors import ConfigError

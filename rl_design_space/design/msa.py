@@ -14,7 +14,7 @@ from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT
 from rl_design_space.design.actions import Behaviour
 from rl_design_space.design.identity import absent_as
-from rl_design_space.design.representation import Representation
+from rl_design_space.design.observing import Representation
 from rl_design_space.design.world import MOVES, World
 
 

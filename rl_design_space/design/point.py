@@ -15,7 +15,8 @@ from rl_design_space.design.exploration import Constant, Exploration
 from rl_design_space.design.identity import absent_as
 from rl_design_space.design.learner import QLearning
 from rl_design_space.design.msa import MultiStepActions
-from rl_design_space.design.representation import AdHoc, Representation
+from rl_design_space.design.observing import FittedRepresentation, Representation
+from rl_design_space.design.representation import AdHoc
 from rl_design_space.design.reward import GoalReward, Reward
 from rl_design_space.design.task import Task
 from rl_design_space.design.world import Torus, World, cell_count
@@ -61,8 +62,8 @@ class DesignPoint:
         curriculum: stages of a period that differ in something and share one Q-matrix.
 
     Raises:
-        pydantic.ValidationError: a choice is of the wrong kind, the goals do not fit the world, or the actions see
-            what the representation does not show.
+        pydantic.ValidationError: a choice is of the wrong kind, the goals or the representation do not fit the world,
+            or the actions see what the representation does not show.
     """
 
     seed: Annotated[int, Field(ge=0, lt=2**64)] = 0
@@ -90,6 +91,8 @@ class DesignPoint:
                 f"task.goals={self.task.goals}: with {cells} cells and these actions a period may need a Q-matrix of "
                 f"{values} values; at most {_MOST_VALUES} can be learned"
             )
+        if isinstance(self.representation, FittedRepresentation):
+            self.representation.check(self.world, self.task.goals)
         if isinstance(self.msa, SeeingActions):
             self.msa.check(self.world, self.representation, self.task.goals)
         return self

@@ -7,7 +7,8 @@ terminal and has no observation.
 from __future__ import annotations
 
 import hashlib
-from typing import Literal, Protocol, runtime_checkable
+from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from pydantic.dataclasses import dataclass
 
 from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT
+from rl_design_space.design.observing import Attribute
 from rl_design_space.design.sight import UNKNOWN, Sight, unseen
 from rl_design_space.design.world import World, cell_count
 from rl_design_space.errors import ConfigError
@@ -22,65 +24,12 @@ from rl_design_space.errors import ConfigError
 _LARGEST_CODE = int(np.iinfo(np.int64).max)
 
 #: More than any world has cells along a side; a prime number, because hash tables take the low bits of codes.
-_SIDES = 1_000_003
+SIDES = 1_000_003
 
-#: Goals that an observation covers: those not yet reached, or all of them, as Table 2 counts them.
-_ObservedGoals = Literal["all", "remaining"]
-
-
-@runtime_checkable
-class Representation(Protocol):
-    """Map from success counter and cell to an observation code. The agent cannot tell states of equal code apart."""
-
-    def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
-        """Return the observation codes of one or many layouts.
-
-        Args:
-            world: where the agent moves.
-            goals: (..., n_goals) cell numbers, in the order in which they are due.
-
-        Returns:
-            (..., n_goals, cells) int64, indexed by success counter and cell. A code has the same meaning in every
-            layout, so a Q-matrix can be transferred from one layout or world to another.
-        """
-        ...
-
-
-@runtime_checkable
-class SizedRepresentation(Representation, Protocol):
-    """A representation whose state space the paper counts in Table 2."""
-
-    def published_size(self, world: World, n_goals: int) -> int:
-        """Return the number of states by the formula of Table 2."""
-        ...
-
-    def spanned_size(self, world: World, n_goals: int) -> int:
-        """Return the number of codes that `observation` can return; the largest code is one less."""
-        ...
-
-
-@runtime_checkable
-class PortableRepresentation(Representation, Protocol):
-    """A representation that numbers equal observations differently in other worlds, and can do without."""
-
-    def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
-        """Return codes as `observation` does, which mean the same in every world: what stages carry values by."""
-        ...
-
-
-@runtime_checkable
-class SightedRepresentation(Representation, Protocol):
-    """A representation that says what its observations show, which actions can depend on."""
-
-    def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
-        """Return what observations show.
-
-        Args:
-            world: where the agent moves.
-            n_goals: number of goals.
-            codes: (...) observation codes. What they show follows from them alone, not from their place in the array.
-        """
-        ...
+#: Goals that an observation covers: those not yet reached; all of them, as Table 2 counts them; or the due one alone.
+_ObservedGoals = Literal["all", "remaining", "due"]
+#: Name of the attribute that all representations have.
+COUNTER = "counter"
 
 
 def encode(digits: IntArray, base: int, goals: _ObservedGoals = "all") -> NDArray[np.int64]:
@@ -89,7 +38,7 @@ def encode(digits: IntArray, base: int, goals: _ObservedGoals = "all") -> NDArra
     Args:
         digits: (..., n_goals, cells) whole numbers, each in 0 … base - 1.
         base: number of values of a digit.
-        goals: with "remaining", the digits of goals already reached are 0.
+        goals: with "remaining", the digits of goals already reached are 0; with "due", those of all but the due goal.
 
     Returns:
         (..., n_goals, cells) int64: s · base^n + sum over goals i of digit_i · base^i.
@@ -109,11 +58,33 @@ def encode(digits: IntArray, base: int, goals: _ObservedGoals = "all") -> NDArra
     if goals == "remaining":
         # Summed from the last goal on: the sum from goal s on is that of the goals which remain at counter s.
         observed = np.cumsum(terms[..., ::-1, :], axis=-2)[..., ::-1, :]
+    elif goals == "due":
+        observed = terms
     else:
         observed = terms.sum(axis=-2, keepdims=True)
     counter = base**n_goals * np.arange(n_goals, dtype=np.int64)[:, np.newaxis]
     codes: NDArray[np.int64] = counter + observed
     return codes
+
+
+def _counter(n_goals: int) -> Attribute:
+    """Return the success counter as an attribute."""
+    return Attribute(np.arange(n_goals)[:, np.newaxis], n_goals)
+
+
+def place_attributes(x: IntArray, y: IntArray, n_goals: int) -> dict[str, Attribute]:
+    """Return a place, (cells,) along x and along y, and the success counter as attributes."""
+    return {"x": Attribute(x, SIDES), "y": Attribute(y, SIDES), COUNTER: _counter(n_goals)}
+
+
+def _of_goals(digits: IntArray, base: int, goals: _ObservedGoals) -> dict[str, Attribute]:
+    """Return what is observed of each goal, and the success counter, as attributes; arguments as of `encode`."""
+    n_goals = digits.shape[-2]
+    counter, found = np.arange(n_goals)[:, np.newaxis], {}
+    for goal in range(n_goals):
+        is_observed = {"all": counter >= 0, "remaining": counter <= goal, "due": counter == goal}[goals]
+        found[f"goal{goal + 1}"] = Attribute(digits[..., goal, np.newaxis, :] * is_observed, base)
+    return {**found, COUNTER: _counter(n_goals)}
 
 
 def _checked_base(digits: IntArray, base: int) -> int:
@@ -142,13 +113,17 @@ class AdHoc:
     def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
         n_goals = goals.shape[-1]
         y, x = np.divmod(np.arange(cell_count(world), dtype=np.int64), world.shape[0])
-        codes = (np.arange(n_goals, dtype=np.int64)[:, np.newaxis] * _SIDES + y) * _SIDES + x
+        codes = (np.arange(n_goals, dtype=np.int64)[:, np.newaxis] * SIDES + y) * SIDES + x
         return np.broadcast_to(codes, (*goals.shape[:-1], n_goals, cell_count(world)))
 
     def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
         counter, cell = np.divmod(codes, cell_count(world))
         nothing = unseen((n_goals, *codes.shape))
         return Sight(world, counter, nothing, nothing, cell)
+
+    def attributes(self, world: World, goals: IntArray) -> Mapping[str, Attribute]:
+        y, x = np.divmod(np.arange(cell_count(world)), world.shape[0])
+        return place_attributes(x, y, goals.shape[-1])
 
     def published_size(self, world: World, n_goals: int) -> int:
         return cell_count(world) * n_goals
@@ -165,16 +140,19 @@ class Distance:
     (⌊dx/2⌋ + ⌊dy/2⌋)^n · n, counts one less.
 
     Attributes:
-        goals: goals whose distances are observed: those `remaining`, or `all`.
+        goals: goals whose distances are observed: those `remaining`, `all`, or the `due` one alone.
     """
 
     goals: _ObservedGoals = "remaining"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
-        return self._encoded(world, goals, self._values(world))
+        return encode(self._digits(world, goals), self._values(world), self.goals)
 
     def portable(self, world: World, goals: IntArray) -> NDArray[np.int64]:
-        return self._encoded(world, goals, _largest_base(goals.shape[-1]))
+        return encode(self._digits(world, goals), _largest_base(goals.shape[-1]), self.goals)
+
+    def attributes(self, world: World, goals: IntArray) -> Mapping[str, Attribute]:
+        return _of_goals(self._digits(world, goals), _largest_base(goals.shape[-1]), self.goals)
 
     def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
         nothing = unseen((n_goals, *codes.shape))
@@ -187,9 +165,10 @@ class Distance:
     def spanned_size(self, world: World, n_goals: int) -> int:
         return int(self._values(world) ** n_goals * n_goals)
 
-    def _encoded(self, world: World, goals: IntArray, base: int) -> NDArray[np.int64]:
+    @staticmethod
+    def _digits(world: World, goals: IntArray) -> IntArray:
         x, y = world.offset(goals)
-        return encode(np.abs(x) + np.abs(y), base, self.goals)
+        return np.abs(x) + np.abs(y)
 
     @staticmethod
     def _values(world: World) -> int:
@@ -203,7 +182,7 @@ def _largest_base(n_goals: int) -> int:
 
 
 #: Digits of directions, one byte each, because a simulation creates millions of them.
-_HERE, _RIGHT, _LEFT, _ABOVE, _BELOW = (np.int8(digit) for digit in range(5))
+_HERE, _RIGHT, _LEFT, _ABOVE, _BELOW = _DIGITS = tuple(np.int8(digit) for digit in range(5))
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -216,19 +195,26 @@ class Direction:
     Attributes:
         rule: which of two directions is observed: along the `dominant_axis`, the one with the larger offset, horizontal
             when both are equal; or `horizontal_first`, horizontal until the column is right, then vertical.
-        goals: goals whose directions are observed: those `remaining`, or `all`.
+        goals: goals whose directions are observed: those `remaining`, `all`, or the `due` one alone.
     """
 
     rule: Literal["dominant_axis", "horizontal_first"] = "dominant_axis"
     goals: _ObservedGoals = "remaining"
 
     def observation(self, world: World, goals: IntArray) -> NDArray[np.int64]:
+        return encode(self._digits(world, goals), len(_DIGITS), self.goals)
+
+    def attributes(self, world: World, goals: IntArray) -> Mapping[str, Attribute]:
+        return _of_goals(self._digits(world, goals), len(_DIGITS), self.goals)
+
+    def _digits(self, world: World, goals: IntArray) -> IntArray:
         x, y = world.offset(goals)
         horizontal = np.abs(x) >= np.abs(y) if self.rule == "dominant_axis" else x != 0
         along_x = np.where(x > 0, _RIGHT, _LEFT)
         along_y = np.where(y > 0, _BELOW, _ABOVE)
         here = (x == 0) & (y == 0)
-        return encode(np.where(here, _HERE, np.where(horizontal, along_x, along_y)), 5, self.goals)
+        digits: IntArray = np.where(here, _HERE, np.where(horizontal, along_x, along_y))
+        return digits
 
     def sight(self, world: World, n_goals: int, codes: NDArray[np.int64]) -> Sight:
         number = np.arange(n_goals).reshape(-1, *[1] * codes.ndim)
@@ -238,7 +224,7 @@ class Direction:
         x = np.array((0, 1, -1, beside, beside), dtype=np.int8)[digit]
         y = np.array((0, UNKNOWN, UNKNOWN, -1, 1), dtype=np.int8)[digit]
         # Goals that are not observed have the digit of "here".
-        hidden = (number < counter) & (self.goals == "remaining")
+        hidden = (number < counter) & (self.goals != "all") | (number > counter) & (self.goals == "due")
         unknown = np.int8(UNKNOWN)
         x, y = np.where(hidden, unknown, x), np.where(hidden, unknown, y)
         return Sight(world, counter, x, y, np.full_like(codes, -1))

@@ -7,7 +7,7 @@ from dataclasses import fields, is_dataclass, replace
 from types import FunctionType
 from typing import Annotated, Any, Literal, Protocol, TypeVar, get_args, runtime_checkable
 
-from pydantic import BeforeValidator, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._arrays import IntArray
@@ -22,7 +22,7 @@ Layout = Literal["same", "scaled", "new", "shifted"]
 #: The shipped carry rules, see `Stage`.
 CarryName = Literal["same_observation", "same_place", "none"]
 #: Keys of a stage that are not choices.
-_OWN_KEYS = ("layout", "carry")
+_OWN_KEYS = ("layout", "carry", "refine")
 #: Choices that all stages of a period share.
 _SHARED = ("seed", "curriculum", "task", *(f"task.{name}" for name in ("goals", "periods", "periods_at_most")))
 
@@ -76,6 +76,30 @@ def _carry(rule: Any) -> Any:
 Carry = Annotated[CarryName | CarryRule, BeforeValidator(_carry, json_schema_input_type=CarryName | str)]
 
 
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Refinement:
+    """How the blocks of the stage before are split as a stage begins (docs/decisions/0035-refined-blocks.md).
+
+    A block is a rectangle of cells at one success counter, and a row of the Q-matrix. It is split in the middle of each
+    side of several cells, of odd ones after the middle cell: into two or four parts, each as a block of its own.
+
+    Attributes:
+        split: which blocks are split, each once: `disagreeing`, those whose cells disagree by the TD errors of the
+            stage before, the most first; `all`, in the order of their rows; `none`, they stay as they are.
+        rows: most rows of a Q-matrix; a block whose parts would be too many is not split. Any number, if None.
+    """
+
+    split: Literal["disagreeing", "all", "none"] = "disagreeing"
+    rows: Annotated[int, Field(ge=1)] | None = None
+
+
+def _refinement(value: Any) -> Any:
+    """Convert the forms of YAML: `all`, or `{split: all, rows: 100}`."""
+    if isinstance(value, str):
+        return Refinement(split=value)  # type: ignore[arg-type]
+    return Refinement(**value) if isinstance(value, Mapping) else value
+
+
 def _canonical(changes: Any) -> Any:
     """Return changes in the order of their keys, each key once; values of an option that is also given are put in."""
     if not isinstance(changes, (Mapping, tuple)):
@@ -101,13 +125,15 @@ class Stage:
 
     Attributes:
         changes: values by dotted key, as {"world.size": 10, "exploration": Constant(epsilon=0)}; in YAML they stand
-            beside `layout` and `carry`, and options may be named. Seed, goals and periods are those of the point.
+            beside the keys below, and options may be named. Seed, goals and periods are those of the point.
         layout: where start and goals lie: `same` as in the stage before, at first those of the point; `scaled`, the
             same places on a grid of another size; `new`, drawn afresh; `shifted`, all by one random offset, round the
             border.
         carry: what the Q-matrix begins with: `same_observation`, equal observations keep their values; `same_place`,
             a cell takes the values of the cell at the same place of the grid before; `none`, nothing is carried; or a
             function, see `CarryRule`. What has no ancestor begins with `learner.initial_q`.
+        refine: how the blocks of the stage before are split, which this stage observes; None if it observes what its
+            representation says. Needs the representation `Aggregated`, and another carry rule than `same_observation`.
     """
 
     changes: Annotated[
@@ -115,16 +141,21 @@ class Stage:
     ] = ()
     layout: Layout = "same"
     carry: Carry = "same_observation"
+    refine: Annotated[
+        Refinement | None, BeforeValidator(_refinement, json_schema_input_type=Refinement | str | None)
+    ] = None
 
     @classmethod
     def of(cls, node: Mapping[str, Any]) -> Stage:
-        """Return the stage that a mapping describes, as in YAML: dotted keys beside `layout` and `carry`."""
+        """Return the stage that a mapping describes, as in YAML: dotted keys beside `layout`, `carry`, `refine`."""
         own = {key: node[key] for key in _OWN_KEYS if key in node}
         return cls(changes={key: node[key] for key in node if key not in _OWN_KEYS}, **own)  # type: ignore[arg-type]
 
     def as_node(self) -> dict[str, Any]:
         """Return the mapping that describes the stage, without what is the default."""
         own = {key: getattr(self, key) for key in _OWN_KEYS}
+        if self.refine:
+            own["refine"] = {field.name: getattr(self.refine, field.name) for field in fields(self.refine)}
         return dict(self.changes) | {key: value for key, value in own.items() if value != getattr(Stage, key)}
 
     def applied(self, point: Value) -> Value:
@@ -133,9 +164,13 @@ class Stage:
         Raises:
             ValueError: the point has no such key, or the value is not allowed.
         """
+        changed: dict[str, Any] = {}
         for key, value in self.changes:
-            point = put(point, key.split("."), value, key)
-        return point
+            name, *path = key.split(".")
+            _check_field(point, name, "")
+            changed[name] = put(changed.get(name, getattr(point, name)), path, value, key) if path else value
+        # All at once: a block and the world that it fits are changed together.
+        return _replaced(point, changed, "")
 
 
 def put(owner: Value, path: Sequence[str], value: Any, key: str) -> Value:
@@ -151,19 +186,29 @@ def put(owner: Value, path: Sequence[str], value: Any, key: str) -> Value:
         ValueError: there is no such field, or the value is not allowed.
     """
     name, *rest = path
-    known = [field.name for field in fields(owner) if field.init] if is_dataclass(owner) else []
-    if name not in known or isinstance(owner, type):
-        prefix = key[: len(key) - len(".".join(path))]
-        raise ConfigError.unknown("key", name, known, prefix)
+    prefix = key[: len(key) - len(".".join(path))]
+    _check_field(owner, name, prefix)
     if rest:
         value = put(getattr(owner, name), rest, value, key)
+    return _replaced(owner, {name: value}, prefix)
+
+
+def _check_field(owner: Any, name: str, prefix: str) -> None:
+    known = [field.name for field in fields(owner) if field.init] if is_dataclass(owner) else []
+    if name not in known or isinstance(owner, type):
+        raise ConfigError.unknown("key", name, known, prefix)
+
+
+def _replaced(owner: Value, values: Mapping[str, Any], prefix: str) -> Value:
+    """Return a dataclass with other values of some fields; the prefix is that of their keys, for messages."""
     try:
-        return replace(owner, **{name: value})  # type: ignore[type-var]
+        return replace(owner, **values)  # type: ignore[type-var]
     except ValidationError as error:
         detail = error.errors(include_url=False)[0]
         if not detail["loc"]:
             raise ValueError(plain(detail["msg"])) from error
-        raise ConfigError.at(key, value, plain(detail["msg"])) from error
+        name = str(detail["loc"][0])
+        raise ConfigError.at(f"{prefix}{name}", values[name], plain(detail["msg"])) from error
 
 
 def plain(message: str) -> str:

@@ -16,7 +16,6 @@ from rl_design_space.learning.compiled import compiled, inlined
 from rl_design_space.learning.controls import MARK, STEP, STOP
 from rl_design_space.learning.lanes import (
     ACTION,
-    BEST,
     CELL,
     DISCOUNT,
     ENTRY,
@@ -72,8 +71,8 @@ def enter_controls(table, marks, entries, first, entered):
 
 @inlined
 def move_by_table(
-    numbers, reals, q, running, next_of, entries, limits, limit_of, rules, reward_of, cells, passed, rewards, made,
-    controls,
+    numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, cells, passed, rewards,
+    made, controls,
 ):  # fmt: skip
     """Execute the chosen actions step by step; goals passed on the way count."""
     for place in range(running):
@@ -115,7 +114,7 @@ def move_by_table(
         reals[RETURN + lane] = gain + discount * rewards[lane] if printed else gain
         reals[DISCOUNT + lane] = discount
         reals[OLD + lane] = q[row + action]
-        reals[BEST + lane] = maximum(q, entry & ~KIND, len(limits))
+        see(values, q, entry & ~KIND, lane, limits)
 
 
 @inlined

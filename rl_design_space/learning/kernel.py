@@ -30,8 +30,9 @@ from rl_design_space.learning.lanes import (
     WIDTH,
     index,
 )
-from rl_design_space.learning.moving import move_on, move_once, sort_by_length
+from rl_design_space.learning.moving import move_on, move_once, powers, sort_by_length
 from rl_design_space.learning.periods import begin_period, begin_trial, end_period, swap
+from rl_design_space.learning.td_errors import add_errors, note_states, places_for_states
 from rl_design_space.learning.updating import keep, propagate, update
 
 
@@ -60,7 +61,7 @@ class Rules(NamedTuple):
 @compiled_and_kept
 def learn(
     next_cell, limits, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success, rows,
-    table,
+    table, errors,
 ):  # fmt: skip
     """Learn periods, as many side by side as there are lanes.
 
@@ -84,12 +85,14 @@ def learn(
         rows: (periods, 2) int32, output: rows of the Q-matrix, and rows whose values learning has changed.
         table: what the actions do in the periods to begin, see `ActionTable`. None if action a makes limits[a] steps in
             direction a % 4: the first four are the primitive actions, and groups of four have equal limits.
+        errors: output, see `Errors`; None to collect none, which costs nothing: the function is compiled without.
     """
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
     one_step = table is None and len(limits) == 4
     next_of = step_table(next_cell, table)
     limit_of = np.array(limits)
+    discounts = powers(rules.gamma, max(limits))
     reward_of = np.array((rules.step_reward, rules.out_of_order_reward, rules.sub_goal_reward, rules.final_goal_reward))
     numbers, reals, values, q, entries = (
         lanes.numbers,
@@ -103,6 +106,7 @@ def learn(
     passed, rewards = lanes.passed.ravel(), lanes.rewards.ravel()
     made, controls = lanes.made.ravel(), lanes.controls.ravel()
     observations = index(n_goals * cells)
+    begun_in = places_for_states(errors)
 
     running = int(lanes.running[0])
     begun = 0
@@ -121,27 +125,34 @@ def learn(
 
         # Rounded up to full vectors: results of lanes that do not run are never used.
         wide = running if running <= FEW else (running + WIDTH - 1) // WIDTH * WIDTH
+        singles = 0
+        if errors is not None:
+            note_states(numbers, begun_in, running, observations)
         draw(numbers, wide)
         choose(numbers, values, wide, limits, rules)
         if table is None:
             if one_step:
                 move_once(numbers, reals, values, q, running, next_of, entries, limits)
             else:
-                sort_by_length(numbers, running, limits, order)
+                singles = sort_by_length(numbers, running, limits, order)
                 move_on(
-                    numbers, reals, q, running, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
-                    passed, rewards, order,
+                    numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, discounts,
+                    index(cells), passed, rewards, order, singles,
                 )  # fmt: skip
         else:
             move_by_table(
-                numbers, reals, q, running, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
+                numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
                 passed, rewards, made, controls,
             )  # fmt: skip
         some_ended, some_seen = update(numbers, reals, values, wide, index(cells), limits, rules, one_step)
-        keep(numbers, reals, values, q, running, some_seen & one_step)
+        if errors is not None:
+            add_errors(numbers, reals, begun_in, errors, running)
+        keep(numbers, reals, values, q, running, some_seen)
         if table is None:
             if not one_step:
-                propagate(numbers, values, q, running, limits, limit_of, rules, passed, rewards, order)
+                propagate(
+                    numbers, values, q, running, limits, limit_of, rules, discounts, passed, rewards, order, singles
+                )
         else:
             propagate_by_table(
                 numbers, values, q, running, limits, limit_of, rules, passed, rewards, made, controls

@@ -49,10 +49,10 @@ UPDATED, SEEN, ENDED = (index(column * LANES) for column in range(12, 15))
 MOVES, TRIAL, PERIOD, HOME = (index(column * LANES) for column in range(15, 19))
 COLUMNS = 19
 
-#: Q-value of the chosen action before and after its update; of a multi-step action, its return, the discount of the
-#: next state, and the best Q-value there.
-OLD, NEW, RETURN, DISCOUNT, BEST = (index(column * LANES) for column in range(5))
-REAL_COLUMNS = 5
+#: Q-value of the chosen action before and after its update; where there are multi-step actions, the return of the
+#: chosen one, and the discount of the next state.
+OLD, NEW, RETURN, DISCOUNT = (index(column * LANES) for column in range(4))
+REAL_COLUMNS = 4
 
 #: Kinds of cells that a step can lead to, the two low bits of an entry: no goal, a goal that is not due, the due
 #: sub-goal, the due final goal.

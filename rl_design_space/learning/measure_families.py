@@ -86,6 +86,15 @@ def _near_share(factor: float) -> Measure:
     )
 
 
+def _solved_within(factor: float) -> Measure:
+    return PeriodMeasure(
+        f"share of trials that reach the final goal within {factor:.15g} times the fewest steps possible",
+        lambda periods: share((periods.success & (periods.over_optimum <= factor)).mean(axis=1)),
+        largest_is_best=True,
+        of_shares=True,
+    )
+
+
 def _is_trial(value: float) -> bool:
     return 0 <= value < np.inf and value == int(value)
 
@@ -97,4 +106,5 @@ FAMILIES: Mapping[str, Family] = {
     "gap_closed": Family(0.9, "a share above 0, up to 1", lambda value: 0 < value <= 1, _gap_closed),
     "trials_to": Family(NEAR, _FACTOR, lambda value: 1 <= value < np.inf, _trials_to),
     "near_share": Family(NEAR, _FACTOR, lambda value: 1 <= value < np.inf, _near_share),
+    "solved_within": Family(2.0, _FACTOR, lambda value: 1 <= value < np.inf, _solved_within),
 }

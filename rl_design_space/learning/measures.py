@@ -31,6 +31,7 @@ from rl_design_space.learning.measure_kinds import CurveMeasure, Measure, Period
 from rl_design_space.learning.measure_spec import MeasureSpec, Spec, parsed
 from rl_design_space.learning.measure_statistics import MEAN
 from rl_design_space.learning.own_measure import own_measure
+from rl_design_space.learning.stage_measure import STAGE, of_stage
 
 __all__ = [
     "ALIASES",
@@ -85,6 +86,12 @@ MEASURES: Mapping[str, Measure] = {
     "failed_trials": PeriodMeasure(
         "share of trials that miss the final goal",
         lambda periods: 1 - share(periods.success.mean(axis=1)),
+        of_shares=True,
+    ),
+    "solved": PeriodMeasure(
+        "share of trials that reach the final goal",
+        lambda periods: share(periods.success.mean(axis=1)),
+        largest_is_best=True,
         of_shares=True,
     ),
     "failed_periods": PeriodMeasure(
@@ -145,7 +152,8 @@ def measure(spec: Spec) -> Measure:
         spec: its name, `total_steps`; with the parameter of a family, `steps_after=30` or `{steps_after: 30}`; module
             and function of the user's own, `my_module.my_measure,parameter=3` or
             `{_target_: my_module.my_measure, parameter: 3}`; each with a statistic if it should not be the mean,
-            `steps_after=30,statistic=median` or `{steps_after: 30, statistic: median}`.
+            `steps_after=30,statistic=median` or `{steps_after: 30, statistic: median}`; but for those of the user's own
+            with a stage if it should be of this stage alone, `solved,stage=2` or `{solved: null, stage: last}`.
 
     Raises:
         ConfigError: there is no such measure, or a parameter or the statistic is not allowed.
@@ -206,11 +214,13 @@ def _plain(spec: MeasureSpec) -> Measure:
     name = ALIASES.get(spec.name, spec.name)
     if name not in MEASURES and name not in FAMILIES:
         raise ConfigError.unknown("measure", spec.name, (*MEASURES, *FAMILIES))
-    if spec.parameters:
-        unknown = ConfigError.unknown("parameter", next(iter(spec.parameters)), ("statistic",))
+    if others := [parameter for parameter in spec.parameters if parameter != STAGE]:
+        unknown = ConfigError.unknown("parameter", others[0], ("statistic", STAGE))
         raise ConfigError(f"measure {spec.name}: {unknown}")
     if name in FAMILIES:
-        return FAMILIES[name].make(FAMILIES[name].value(name, spec.value))
-    if spec.value is not None:
+        found = FAMILIES[name].make(FAMILIES[name].value(name, spec.value))
+    elif spec.value is not None:
         raise ConfigError.at(spec.name, spec.value, "takes no parameter")
-    return MEASURES[name]
+    else:
+        found = MEASURES[name]
+    return of_stage(found, spec.parameters[STAGE]) if STAGE in spec.parameters else found

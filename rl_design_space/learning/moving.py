@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rl_design_space.learning.compiled import inlined
+from rl_design_space.learning.compiled import compiled, inlined
 from rl_design_space.learning.lanes import (
     ACTION,
-    BEST,
     CELL,
     DISCOUNT,
     ENTRY,
@@ -73,54 +72,88 @@ def move_once(numbers, reals, values, q, running, next_of, entries, limits):
         see(values, q, entry & ~KIND, lane, limits)
 
 
+@compiled
+def powers(discount, highest):
+    """Return discount^0 to discount^highest, by repeated multiplication."""
+    found = np.ones(highest + 1)
+    for exponent in range(highest):
+        found[exponent + 1] = found[exponent] * discount
+    return found
+
+
 @inlined
 def sort_by_length(numbers, running, limits, order):
-    """Sort the lanes by the lengths of their actions: loops of equal length in a row are predicted by the processor."""
-    sorted_lanes = 0
+    """Sort the lanes by the lengths of their actions, shortest first; return how many make a single step.
+
+    Loops of equal length in a row are predicted by the processor.
+    """
+    sorted_lanes = singles = 0
     for choice in range(len(limits) // 4):
         for lane in range(running):
             # An element that does not belong here is overwritten by the next one.
             order[sorted_lanes] = lane
             sorted_lanes += int(numbers[ACTION + index(lane)] >> _2 == index(choice))
+        singles = sorted_lanes if choice == 0 else singles
+    return singles
 
 
 @inlined
 def move_on(
-    numbers, reals, q, running, next_of, entries, limits, limit_of, rules, reward_of, cells, passed, rewards, order
-):
-    """Execute the chosen actions step by step, in the order of `sort_by_length`; goals passed on the way count."""
-    for place in range(running):
+    numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, discounts, cells, passed,
+    rewards, order, singles,
+):  # fmt: skip
+    """Execute the chosen actions, which repeat their step; goals passed on the way count.
+
+    The rows and rewards of the steps are written for actions of several steps, the last lanes in the order of
+    `sort_by_length`.
+    """
+    for place in range(singles):
         lane = index(order[place])
-        row, action, stage = numbers[ROW + lane], numbers[ACTION + lane], numbers[STAGE + lane]
-        cell = numbers[CELL + lane]
-        length = limit_of[action]
-        # The return of a multi-step action as printed in the paper: one term too many, all with the first reward.
-        printed = (length > 1) & rules.printed_msa_reward
-        limit = min(length, rules.max_steps - np.int64(numbers[MOVES + lane]))
+        entry = _step(numbers, lane, next_of, entries)
+        kind = entry & KIND
+        numbers[STAGE + lane] += cells & (_0 - (kind >> _1))
+        numbers[EXECUTED + lane] = _1
+        reals[RETURN + lane] = reward_of[kind]
+        reals[DISCOUNT + lane] = rules.gamma
+        reals[OLD + lane] = q[numbers[ROW + lane] + numbers[ACTION + lane]]
+        see(values, q, entry & ~KIND, lane, limits)
+    # Of sub-goals and final goals: the least kind of cell that stops an action.
+    stops = SUB_GOAL if rules.stop_at_sub_goal else FINAL_GOAL
+    for place in range(singles, running):
+        lane = index(order[place])
+        row, action = numbers[ROW + lane], numbers[ACTION + lane]
+        stage, cell = numbers[STAGE + lane], numbers[CELL + lane]
+        limit = min(limit_of[action], rules.max_steps - np.int64(numbers[MOVES + lane]))
         passed[lane] = row
         executed = 0
         entry = _0
         gain = 0.0
-        discount = 1.0
-        going = True
-        while going:
+        while executed < limit:
             cell = index(next_of[(cell << _2) + (action & _3)])
             entry = index(entries[stage + cell])
             kind = entry & KIND
             reward = reward_of[kind]
             rewards[index(executed * LANES) + lane] = reward
-            gain += discount * (rewards[lane] if printed else reward)
-            discount *= rules.gamma
-            stage += cells * (kind >> _1)
+            gain += discounts[executed] * reward
             executed += 1
             passed[index(executed * LANES) + lane] = entry ^ kind
-            ends = (kind == FINAL_GOAL) | (executed == limit)
-            going = not (ends | ((kind >= SUB_GOAL) & rules.stop_at_sub_goal))
+            # Predicted, so that the next look-up does not wait for this one.
+            if kind >= SUB_GOAL:
+                stage += cells
+                if kind >= stops:
+                    break
         numbers[CELL + lane] = cell
         numbers[STAGE + lane] = stage
         numbers[ENTRY + lane] = entry
         numbers[EXECUTED + lane] = index(executed)
-        reals[RETURN + lane] = gain + discount * rewards[lane] if printed else gain
-        reals[DISCOUNT + lane] = discount
+        reals[RETURN + lane] = gain
+        reals[DISCOUNT + lane] = discounts[executed]
         reals[OLD + lane] = q[row + action]
-        reals[BEST + lane] = maximum(q, entry & ~KIND, len(limits))
+        see(values, q, entry & ~KIND, lane, limits)
+    for place in range(singles, running if rules.printed_msa_reward else singles):
+        lane = index(order[place])
+        # One term too many, all with the first reward.
+        printed = 0.0
+        for at in range(np.int64(numbers[EXECUTED + lane]) + 1):
+            printed += discounts[at] * rewards[lane]
+        reals[RETURN + lane] = printed

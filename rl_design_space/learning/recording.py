@@ -28,7 +28,7 @@ from rl_design_space.learning.lanes import (
     index,
     row_width,
 )
-from rl_design_space.learning.moving import move_on, move_once, sort_by_length
+from rl_design_space.learning.moving import move_on, move_once, powers, sort_by_length
 from rl_design_space.learning.periods import begin_period, begin_trial
 from rl_design_space.learning.updating import keep, propagate, update
 
@@ -97,6 +97,7 @@ def record(
     one_step = table is None and len(limits) == 4
     next_of = step_table(next_cell, table)
     limit_of = np.array(limits)
+    discounts = powers(rules.gamma, max(limits))
     reward_of = np.array((rules.step_reward, rules.out_of_order_reward, rules.sub_goal_reward, rules.final_goal_reward))
     numbers, reals, values, q, entries = (
         lanes.numbers,
@@ -120,6 +121,7 @@ def record(
         ended = False
         while not ended:
             begin = np.int64(numbers[CELL])
+            singles = 0
             draw(numbers, 1)
             choose(numbers, values, 1, limits, rules)
             action = np.int64(numbers[ACTION])
@@ -128,21 +130,23 @@ def record(
                 if one_step:
                     move_once(numbers, reals, values, q, 1, next_of, entries, limits)
                 else:
-                    sort_by_length(numbers, 1, limits, order)
+                    singles = sort_by_length(numbers, 1, limits, order)
                     move_on(
-                        numbers, reals, q, 1, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
-                        passed, rewards, order,
+                        numbers, reals, values, q, 1, next_of, entries, limits, limit_of, rules, reward_of, discounts,
+                        index(cells), passed, rewards, order, singles,
                     )  # fmt: skip
             else:
                 move_by_table(
-                    numbers, reals, q, 1, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
+                    numbers, reals, values, q, 1, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
                     passed, rewards, made, controls,
                 )  # fmt: skip
             some_ended, some_seen = update(numbers, reals, values, 1, index(cells), limits, rules, one_step)
-            keep(numbers, reals, values, q, 1, some_seen & one_step)
+            keep(numbers, reals, values, q, 1, some_seen)
             if table is None:
                 if not one_step:
-                    propagate(numbers, values, q, 1, limits, limit_of, rules, passed, rewards, order)
+                    propagate(
+                        numbers, values, q, 1, limits, limit_of, rules, discounts, passed, rewards, order, singles
+                    )
             else:
                 propagate_by_table(
                     numbers, values, q, 1, limits, limit_of, rules, passed, rewards, made, controls

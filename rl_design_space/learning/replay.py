@@ -133,7 +133,7 @@ class Replayer:
         steps, success = np.empty((1, task.trials), dtype=np.int32), np.empty((1, task.trials), dtype=np.bool_)
         rows = np.empty((1, 2), dtype=np.int32)
         common = (tables.next_cell, tables.limits, tables.threshold, tables.rules, codes)
-        learn(*common, 0, layout, generator, lanes, True, steps, success, rows, table)
+        learn(*common, 0, layout, generator, lanes, True, steps, success, rows, table, None)
 
         # Its number of rows and of steps is known now.
         row = _rows(codes[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -132,6 +132,11 @@ class LearningCurves:
         if self.known_side is not None:
             return self.known_side
         return _side(self.known_point.world.shape) if self.known_point else math.nan
+
+    @cached_property
+    def computed(self) -> dict[Hashable, Any]:
+        """What was computed from these periods before, by what it is; it is kept as long as the result."""
+        return {}
 
     @cached_property
     def curves(self) -> dict[str, FloatArray]:

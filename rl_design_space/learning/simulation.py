@@ -169,7 +169,7 @@ class Learning(JointLearning):
         tables = self._tables
         learn(
             tables.next_cell, tables.limits, tables.threshold, tables.rules, codes, first, self._layouts,
-            self._generator, lanes, drain, self._steps, self._success, self._rows, table,
+            self._generator, lanes, drain, self._steps, self._success, self._rows, table, None,
         )  # fmt: skip
 
 

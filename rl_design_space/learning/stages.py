@@ -29,11 +29,13 @@ from rl_design_space.learning.kernel import learn
 from rl_design_space.learning.lanes import empty_lanes, row_width, side_by_side
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.refining import refine_into
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.stage_layouts import StageScene, stage_layouts
 from rl_design_space.learning.stage_record import StageRecord, bounds
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
+from rl_design_space.learning.td_errors import Errors, no_errors
 
 #: Bytes of the Q-matrices of the periods that a thread takes through all stages at a time.
 _SHARE_BYTES = 2**27
@@ -69,12 +71,13 @@ class StagedLearning(JointLearning):
         super().__init__(point.task, begun)
         check_memory(replace(point.task, trials=sum(stage.point.task.trials for stage in stages)))
         self._point = point
-        self._stages = [_Stage(*each) for each in zip(stages, stage_layouts(point, stages), strict=True)]
+        following = [*stages[1:], None]
+        self._stages = [_Stage(*each) for each in zip(stages, stage_layouts(point, stages), following, strict=True)]
         self._generator = behaviour_states(point.seed, point.task.periods)
         self._met = _most_observations(stages)
         # Without periods: this compiles, or loads compiled code, outside the measured time.
         self._learn(slice(0, 0))
-        values = self._met * self._stages[0].width + 2 * max(stage.values for stage in self._stages)
+        values = self._met * self._stages[0].width + 3 * max(stage.values for stage in self._stages)
         first = self._copy(begun) if begun else 0
         self.begin(_shares(first, point.task.periods, threads, most=max(1, _SHARE_BYTES // (8 * values))))
 
@@ -119,7 +122,7 @@ class StagedLearning(JointLearning):
         memory: Memory | None = None
         before: _Played | None = None
         for stage in self._stages:
-            now = _Played(stage, share, generator)
+            now = _Played(stage, share, generator, before)
             if before is None or stage.carry == "none":
                 now.begin_anew()
             elif stage.carry != "same_observation":
@@ -142,11 +145,14 @@ class _Stage:
     Args:
         stage: the stage.
         layouts: (periods, 1 + n_goals) start and goals.
+        following: the next stage; None of the last one.
     """
 
-    def __init__(self, stage: StagePoint, layouts: NDArray[np.int32]) -> None:
+    def __init__(self, stage: StagePoint, layouts: NDArray[np.int32], following: StagePoint | None) -> None:
         point: DesignPoint = stage.point
-        self.point, self.carry, self.layouts = point, stage.carry, layouts
+        self.point, self.carry, self.refine, self.layouts = point, stage.carry, stage.refine, layouts
+        #: Whether the next stage asks for the TD errors of this one.
+        self.collects = bool(following and following.refine and following.refine.split == "disagreeing")
         self.tables = learning_tables(point)
         self.optimum = shortest_tours(self.tables.next_cell, layouts)
         self.width, self.states = row_width(len(self.tables.limits)), point.task.goals * cell_count(point.world)
@@ -170,16 +176,21 @@ class _Played:
         stage: the stage.
         share: the periods.
         generator: (taken, 4) uint64, states of their random generators, modified in place.
+        before: the stage before, if any.
     """
 
-    def __init__(self, stage: _Stage, share: slice, generator: NDArray[np.uint64]) -> None:
+    def __init__(self, stage: _Stage, share: slice, generator: NDArray[np.uint64], before: _Played | None) -> None:
         self._stage, self._share, taken = stage, share, len(generator)
         self._layouts, self._generator = stage.layouts[share], generator
         self._batches = list(_batches(taken, stage.states))
         #: Observation codes, (taken, n_goals, cells) int64.
         self._codes = np.empty((taken, stage.point.task.goals, cell_count(stage.point.world)), dtype=np.int64)
-        for batch in self._batches if taken else ():
-            self._codes[batch] = portable_codes(stage.point, self._layouts[batch, 1:])
+        if stage.refine and before:
+            refine_into(self._codes, before._rows, stage.point.world.shape[0], stage.refine, before._errors)
+        else:
+            for batch in self._batches if taken else ():
+                self._codes[batch] = portable_codes(stage.point, self._layouts[batch, 1:])
+        self._errors: Errors = no_errors(taken if stage.collects else 0, stage.states, len(stage.tables.limits))
         self._carried = stage.carried[share]
         self._kept: FloatArray = np.empty((0, 0))
 
@@ -238,6 +249,7 @@ class _Played:
         learn(
             tables.next_cell, tables.limits, tables.threshold, tables.rules, self._codes, 0, self._layouts, generator,
             running, True, stage.steps[share], stage.success[share], stage.rows[share], self._table(),
+            self._errors if stage.collects else None,
         )  # fmt: skip
 
     def _table(self) -> ActionTable | None:

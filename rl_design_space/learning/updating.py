@@ -7,7 +7,6 @@ import numpy as np
 from rl_design_space.learning.compiled import inlined
 from rl_design_space.learning.lanes import (
     ACTION,
-    BEST,
     DISCOUNT,
     ENDED,
     ENTRY,
@@ -27,7 +26,7 @@ from rl_design_space.learning.lanes import (
     UPDATED,
     index,
 )
-from rl_design_space.learning.moving import maximum, see
+from rl_design_space.learning.moving import maximum
 
 _0, _1, _2, _3 = (index(number) for number in range(4))
 
@@ -55,11 +54,11 @@ def update(numbers, reals, values, running, cells, limits, rules, one_step):
         entry, row, action = numbers[ENTRY + lane], numbers[ROW + lane], numbers[ACTION + lane]
         kind = entry & KIND
         terminal = kind == FINAL_GOAL
+        best_next = values[lane]
+        for other in range(1, len(limits)):
+            value = values[index(other * LANES) + lane]
+            best_next = value if value > best_next else best_next
         if one_step:
-            best_next = values[lane]
-            for other in range(1, len(limits)):
-                value = values[index(other * LANES) + lane]
-                best_next = value if value > best_next else best_next
             gain = rules.step_reward
             gain = rules.out_of_order_reward if kind == OUT_OF_ORDER else gain
             gain = rules.sub_goal_reward if kind == SUB_GOAL else gain
@@ -68,7 +67,7 @@ def update(numbers, reals, values, running, cells, limits, rules, one_step):
             # Without a condition: conditional stores are not vectorised.
             numbers[STAGE + lane] += cells & (_0 - (kind >> _1))
         else:
-            best_next, made = reals[BEST + lane], numbers[EXECUTED + lane]
+            made = numbers[EXECUTED + lane]
             gain, discount = reals[RETURN + lane], reals[DISCOUNT + lane]
         best_next = 0.0 if terminal else best_next
         reals[NEW + lane] = updated(reals[OLD + lane], gain, discount, best_next, rules)
@@ -98,25 +97,38 @@ def keep(numbers, reals, values, q, running, some_seen):
 
 
 @inlined
-def propagate(numbers, values, q, running, limits, limit_of, rules, passed, rewards, order):
+def propagate(numbers, values, q, running, limits, limit_of, rules, discounts, passed, rewards, order, singles):
     """Update the shorter actions that executed actions contain, from the cells passed, in order of time."""
-    for place in range(running):
+    for place in range(singles, running if rules.propagated_lengths > 0 else singles):
         lane = index(order[place])
-        action, executed = numbers[ACTION + lane], np.int64(numbers[EXECUTED + lane])
-        terminal = numbers[ENTRY + lane] & KIND == FINAL_GOAL
-        length = limit_of[action]
-        for choice in range(rules.propagated_lengths):
+        length = limit_of[numbers[ACTION + lane]]
+        executed = np.int64(numbers[EXECUTED + lane])
+        for first in range(executed):
+            gain = rewards[index(first * LANES) + lane]
+            _update_part(numbers, values, q, lane, limits, rules, passed, _0, first, first + 1, gain, rules.gamma)
+        for choice in range(1, rules.propagated_lengths):
             shorter = limit_of[4 * choice]
             times = executed - shorter + 1 if shorter < length else 0
             for first in range(times):
                 last = first + shorter
                 gain = 0.0
-                discount = 1.0
                 for at in range(first, last):
-                    gain += discount * rewards[index(at * LANES) + lane]
-                    discount *= rules.gamma
-                best_next = maximum(q, passed[index(last * LANES) + lane], len(limits))
-                best_next = 0.0 if terminal & (last == executed) else best_next
-                at = passed[index(first * LANES) + lane] + (action & _3) + index(4 * choice)
-                q[at] = updated(q[at], gain, discount, best_next, rules)
-        see(values, q, numbers[ROW + lane], lane, limits)
+                    gain += discounts[at - first] * rewards[index(at * LANES) + lane]
+                part = index(4 * choice)
+                _update_part(
+                    numbers, values, q, lane, limits, rules, passed, part, first, last, gain, discounts[shorter]
+                )
+
+
+@inlined
+def _update_part(numbers, values, q, lane, limits, rules, passed, part, first, last, gain, discount):
+    """Update an action that an executed one contains: its first steps lead to where it begins, its last to its end."""
+    terminal = (numbers[ENTRY + lane] & KIND == FINAL_GOAL) & (index(last) == numbers[EXECUTED + lane])
+    best_next = maximum(q, passed[index(last * LANES) + lane], len(limits))
+    best_next = 0.0 if terminal else best_next
+    row, action = passed[index(first * LANES) + lane], part + (numbers[ACTION + lane] & _3)
+    new = updated(q[row + action], gain, discount, best_next, rules)
+    q[row + action] = new
+    # The values of another row are written where nothing reads them, so that there is no condition.
+    seen = action if row == numbers[ROW + lane] else index(len(limits))
+    values[seen * index(LANES) + lane] = new

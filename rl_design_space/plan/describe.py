@@ -9,7 +9,7 @@ from typing import Any
 
 from rl_design_space._yaml import as_yaml
 from rl_design_space.design import DesignPoint, Stage, Stages, stages_of
-from rl_design_space.design.identity import function_name, is_listed
+from rl_design_space.design.identity import full_name, function_name, is_listed
 
 _NOTHING = object()
 #: Yields names and values of the fields of an option.
@@ -45,6 +45,8 @@ def _flat(key: str, value: Any, fields_of: _Fields) -> Iterator[tuple[str, Any]]
     if not is_dataclass(value):
         yield key, _text(value)
         return
+    if "." in key:  # a component inside of another one, which no option names
+        yield key, full_name(type(value))
     for name, inner in fields_of(value):
         yield from _flat(f"{key}.{name}" if key else name, inner, fields_of)
 

@@ -44,6 +44,7 @@ def _point(point: DesignPoint) -> dict[str, Any]:
     """Return what determines the results of a point: its values, and its stages if it has several."""
     stages = [
         {"point": _content(stage.point), "layout": stage.layout, "carry": _content(stage.carry)}
+        | ({"refine": _content(stage.refine)} if stage.refine else {})
         for stage in stages_of(point)
     ]
     alone = point if point.curriculum == Stages() else replace(point, curriculum=Stages())

@@ -22,6 +22,7 @@ from rl_design_space.report.heatmap import Names
 from rl_design_space.report.parameters import check_averaged, label
 from rl_design_space.report.points import Point, by_design, repetition
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.stage_marks import GREY, STAGES, begins_of
 
 #: Lines that can be told apart.
 _MOST = 12
@@ -51,12 +52,17 @@ class Curves(Report):
         return self.title or f"{self.curve} by {', '.join(self.by)}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Return line, trial, mean, ci_low, ci_high (95 % over periods), runs: one row for each line and trial."""
+        """Return the curves, and where their stages begin.
+
+        Returns:
+            MAIN: line, trial, mean, ci_low, ci_high (95 % over periods), runs: one row for each line and trial.
+            STAGES: line, begin: one row for each trial with which a stage but the first begins in a run of the line.
+        """
         lines = {key: [point for point in points if point.run] for key, points in runs.grouped(self.by).items()}
         lines = {key: points for key, points in lines.items() if points}
         if len(lines) > _MOST:
             raise ConfigError(f"{', '.join(self.by)}: {len(lines)} lines cannot be told apart; choose with --where")
-        parts = []
+        parts, begins = [], []
         for key, points in lines.items():
             name = label(self.by, key)
             parameters = [point.choices for point in points]
@@ -68,19 +74,27 @@ class Curves(Report):
             mean, low, high = self._line(runs, points)
             part = pd.DataFrame({"mean": mean, "ci_low": low, "ci_high": high}).rename_axis("trial").reset_index()
             parts.append(part.assign(line=name, runs=len(points))[_COLUMNS])
-        return {MAIN: pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=_COLUMNS)}
+            begun = sorted({begin for point in points for begin in begins_of(runs, point)})
+            begins += [{"line": name, "begin": begin} for begin in begun]
+        curves = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=_COLUMNS)
+        return {MAIN: curves, STAGES: pd.DataFrame(begins, columns=["line", "begin"])}
+
+    def csv(self, frames: Frames) -> Frames:
+        return {MAIN: frames[MAIN]}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self)
+        return _draw(frames[MAIN], frames[STAGES], self)
 
     def text(self, frames: Frames) -> list[str]:
         """Return the level at which each line ends."""
+        staged = len(frames[STAGES]) > 0
         last = frames[MAIN].groupby("line", sort=False).last()
         ends = [f"- {name}: {style.number(row['mean'])}, {int(row['runs'])} runs" for name, row in last.iterrows()]
         return [
             "At the last trial:",
             "\n".join(ends),
             "Bands: 95 % bootstrap intervals over periods, where these are kept.",
+            *(["Vertical lines: a stage begins, in the colour of its line unless all lines agree."] * staged),
         ]
 
     def tables(self, frames: Frames) -> list[pd.DataFrame]:
@@ -118,11 +132,16 @@ class Curves(Report):
 
 
 @style.styled()
-def _draw(frame: pd.DataFrame, look: Curves) -> Figure:
+def _draw(frame: pd.DataFrame, stages: pd.DataFrame, look: Curves) -> Figure:
     names = list(frame["line"].unique())
     figure, axis = plt.subplots(figsize=(7.5, 4.6), layout="constrained")
     for place, (name, colour) in enumerate(zip(names, look.colours(len(names), "husl"), strict=True)):
         style.draw_curve(axis, frame[frame["line"] == name], colour, style.DASHES[place % len(style.DASHES)], name)
+    of_line = dict(zip(names, look.colours(len(names), "husl"), strict=True))
+    shared = stages["begin"].value_counts() == len(names)
+    for stage in stages.drop_duplicates("begin").to_dict("records"):
+        colour = GREY if shared[stage["begin"]] else of_line[stage["line"]]
+        axis.axvline(stage["begin"] - 0.5, color=colour, linewidth=0.8, alpha=0.6, gid=STAGES)
     are_steps = look.curve.startswith("steps/") and len(frame) > 0 and frame["mean"].min() > 0
     if look.is_log(frame["mean"], by_itself=are_steps):
         style.make_logarithmic(axis)

@@ -32,6 +32,7 @@ from rl_design_space.report.look import Look
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, different_choices
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.scratch import SCRATCH, SCRATCH_NOTE, draw_scratch, scratch_frame, told_of_scratch
 from rl_design_space.report.stage_marks import GREY, LEVELS, STAGE_NOTE, STAGES, draw_stages, stage_frame
 from rl_design_space.report.style import (
     DASHES,
@@ -133,6 +134,7 @@ class CurvesFigure(Report):
                 and the columns of `curve_summary`, NaN if missing: one row for each line.
             PANELS: panel; optimum and random_walk, steps of a trial, NaN if nothing is recorded.
             STAGES: panel, and columns of `stage_frame`: one row for each stage of the line that has the most.
+            SCRATCH: see `scratch_frame`.
         """
         points = self.points(runs)
         results = {names: runs.pooled(seeds) for names, seeds in points.items()}
@@ -165,10 +167,11 @@ class CurvesFigure(Report):
             LINES: pd.DataFrame(lines),
             PANELS: pd.DataFrame(panels),
             STAGES: stage_frame(points, results),
+            SCRATCH: scratch_frame(runs, points, results),
         }
 
     def csv(self, frames: Frames) -> Frames:
-        curves = {MAIN: frames[MAIN]}
+        curves = {MAIN: frames[MAIN], **({SCRATCH: frames[SCRATCH]} if len(frames[SCRATCH]) else {})}
         return curves | {EXPLORATION: frames[EXPLORATION][_EXPLORATION_COLUMNS]} if self.families else curves
 
     def draw(self, frames: Frames) -> Figure:
@@ -184,6 +187,7 @@ class CurvesFigure(Report):
             f"final level: until the mean curve of steps / optimum stays within {NEAR} times its mean over the last "
             f"{FINAL_TRIALS} trials. Failed trials count with the steps up to the step cap.",
             *told_of_memoryless(frames[LINES], frames[PANELS]),
+            *told_of_scratch(frames[SCRATCH], has_stages=len(frames[STAGES]) > 0),
         ]
 
     def _exploration(self, runs: Runs) -> pd.DataFrame:
@@ -231,16 +235,13 @@ def _draw(frames: Frames, look: CurvesFigure) -> Figure:
     for number, panel in enumerate(panels.to_dict("records")):
         block, column = divmod(number, _COLUMNS)
         above, below, *lowest = axes[block * len(heights) : (block + 1) * len(heights), column]
-        of_lines, of_curves, of_points = (
-            frames[name][frames[name]["panel"] == panel["panel"]] for name in (LINES, MAIN, EXPLORATION)
-        )
-        _draw_curves(above, below, of_lines, of_curves, look)
-        of_stages = frames[STAGES][frames[STAGES]["panel"] == panel["panel"]]
-        draw_stages(above, below, of_stages)
+        of = {name: frame[frame["panel"] == panel["panel"]] for name, frame in frames.items()}
+        _draw_curves(above, below, of[LINES], of[MAIN], look, draw_scratch(above, of[SCRATCH]))
+        draw_stages(above, below, of[STAGES])
         if not np.isnan(panel["optimum"]):
-            for level, dashes in LEVELS if of_stages.empty else ():
+            for level, dashes in LEVELS if of[STAGES].empty else ():
                 above.axhline(panel[level], color=GREY, linestyle=dashes, linewidth=1)
-            for line, colour in zip(of_lines.to_dict("records"), look.colours(len(of_lines)), strict=True):
+            for line, colour in zip(of[LINES].to_dict("records"), look.colours(len(of[LINES])), strict=True):
                 if line["memoryless"] > MORE * panel["optimum"]:
                     above.axhline(line["memoryless"], color=colour, linestyle="-.", linewidth=1)
         if is_log:
@@ -248,21 +249,22 @@ def _draw(frames: Frames, look: CurvesFigure) -> Figure:
         below.set_ylim(0, 1.05 * most_failed)
         above.set_title(panel["panel"], fontsize=11)
         for axis in lowest:
-            _draw_exploration(axis, of_points, look, is_log)
+            _draw_exploration(axis, of[EXPLORATION], look, is_log)
         if column == 0:
             for axis, name in zip((above, below, *lowest), _HEIGHTS, strict=False):
                 axis.set_ylabel(name)
     figure.suptitle(look.title, fontsize=12)
-    staged = STAGE_NOTE if len(frames[STAGES]) else ""
-    memoryless = _MEMORYLESS_NOTE if len(above_optimum(frames[LINES], panels)) else ""
-    scale = _NOTE if is_log else _NOTE.replace("; logarithmic", "")
-    figure.supxlabel(scale + staged + memoryless + (_EXPLORATION_NOTE if families else ""), fontsize=8)
+    notes = _NOTE if is_log else _NOTE.replace("; logarithmic", "")
+    notes += (STAGE_NOTE if len(frames[STAGES]) else "") + (SCRATCH_NOTE if len(frames[SCRATCH]) else "")
+    notes += _MEMORYLESS_NOTE if len(above_optimum(frames[LINES], panels)) else ""
+    figure.supxlabel(notes + (_EXPLORATION_NOTE if families else ""), fontsize=8)
     return figure
 
 
-def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataFrame, look: Look) -> None:
-    handles = []
-    chosen = look.colours(len(lines))
+def _draw_curves(
+    above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataFrame, look: Look, more: Sequence[Line2D]
+) -> None:
+    handles, chosen = [], look.colours(len(lines))
     for line, colour, dashes in zip(lines.to_dict("records"), chosen, DASHES * len(lines), strict=False):
         missing = np.isnan(line["total_steps"])
         label = f"{line['line']} (missing)" if missing else line["line"]
@@ -271,6 +273,7 @@ def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataF
             curve = curves[curves["line"] == line["line"]]
             draw_curve(above, curve, colour, dashes)
             below.plot(curve["trial"], curve["failed"], color=colour, linestyle=dashes, linewidth=1.1)
+    handles += more
     above.legend(handles=handles, frameon=False, fontsize=8, loc="best", ncols=1 + (len(handles) > 4))
     above.set_xticklabels([])
     below.set_xlabel("trial")
@@ -281,8 +284,8 @@ def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataF
 
 
 def _draw_exploration(axis: Axes, points: pd.DataFrame, look: CurvesFigure, is_log: bool) -> None:
-    families = list(look.families)
-    for (family, colour), marker in zip(zip(families, look.colours(len(families)), strict=True), MARKERS, strict=False):
+    chosen = look.colours(len(look.families))
+    for (family, colour), marker in zip(zip(look.families, chosen, strict=True), MARKERS, strict=False):
         here = points[points["family"] == family].sort_values("exploration")
         axis.errorbar(
             here["exploration"], here["total_steps"],

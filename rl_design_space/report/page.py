@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 import re
 import sys
 import threading
@@ -153,8 +154,8 @@ def _write_all(
     # Copies of this process have imported everything already; with other threads, a copy may wait for a lock for ever.
     is_alone = sys.platform == "linux" and threading.active_count() == 1
     with ProcessPoolExecutor(workers, get_context("fork" if is_alone else "spawn")) as pool:
-        # Those with the most points first, so that none of them is left at the end.
-        order = sorted(range(len(parts)), key=lambda index: -len(parts[index].plan))
+        # Those that take longest first, so that none of them is left at the end: what needs no points is computed.
+        order = sorted(range(len(parts)), key=lambda index: -(len(parts[index].plan) or math.inf))
         writing = {
             index: pool.submit(_write, replace(parts[index], included=()), reader, folder, dict(look))
             for index in order

@@ -18,8 +18,10 @@ from rl_design_space.analysis.censoring import Bounded
 from rl_design_space.config.measure_name import measure_of
 from rl_design_space.config.overrides import with_absent
 from rl_design_space.config.recorded import recorded_point
+from rl_design_space.design import from_scratch
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.report.chosen_points import ChosenPoints
 from rl_design_space.report.ordering import Ordering
 from rl_design_space.report.parameters import PERIODS, text
@@ -155,7 +157,9 @@ class Runs(ChosenPoints):
     def with_larger(self, larger: Runs, command: str) -> Runs:
         """Return these runs and larger samples of their designs, which a command line makes, see `points.largest`."""
         runs = copy(self)
-        more = other_samples(larger.points, self.points)
+        parameters = with_absent([point.parameters for point in (*self.points, *larger.points)])
+        of_larger = zip(larger.points, parameters[len(self.points) :], strict=True)
+        more = other_samples([point.with_parameters(each) for point, each in of_larger], self.points)
         runs.points = [*self.points, *more]
         if recorded := sum(point.run is not None for point in more):
             runs._made_by = f"{self._made_by} Larger samples of {recorded} points are from runs of {code(command)}."
@@ -216,6 +220,22 @@ class Runs(ChosenPoints):
             )
         results = [result for point in seeds if (result := self.result(point))]
         return pooled(results) if results and len(results) == len(seeds) else None
+
+    def from_scratch(self, seeds: Sequence[Point]) -> LearningCurves | None:
+        """Return the result of the same stages with nothing carried; None if one of the seeds is not recorded so.
+
+        Raises:
+            ConfigError: the config of a run is not accepted.
+        """
+        points = [from_scratch(self.design_point(point)) for point in seeds]
+        wanted = [fingerprint(point) for point in points]
+        found = self._reader.finished(wanted)
+        if any(each not in found for each in wanted):
+            return None
+        arrays = [self._reader.periods(found[each]) for each in wanted]
+        if any("steps" not in each for each in arrays):
+            return None
+        return pooled([LearningCurves.of_arrays(*each) for each in zip(arrays, points, strict=True)])
 
     def curve(self, point: Point, name: str) -> FloatArray:
         """Return a learning curve of a recorded point, (trials,).

@@ -10,10 +10,12 @@ from matplotlib.axes import Axes
 
 from rl_design_space.analysis.learning_curves import random_walk_steps
 from rl_design_space.design import stages_of
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.stage_layouts import stage_layouts
-from rl_design_space.learning.stage_record import bounds
+from rl_design_space.learning.stage_record import STAGE_CURVE, bounds
 from rl_design_space.report.points import Point
+from rl_design_space.report.runs import Runs
 
 #: Name of the frame, and of the lines in a picture.
 STAGES = "stages"
@@ -61,6 +63,16 @@ def stage_levels(seeds: Sequence[Point], result: LearningCurves) -> list[dict[st
             stages_of(result.point), result.stages, bounds(result.stages), *layouts, strict=True
         )
     ]
+
+
+def begins_of(runs: Runs, point: Point) -> list[int]:
+    """Return the trials with which the stages of a recorded point begin, but the first; none if it has one stage."""
+    try:
+        stages = runs.curve(point, STAGE_CURVE)
+    except ConfigError:
+        return []
+    found: list[int] = (1 + np.flatnonzero(np.diff(stages))).tolist()
+    return found
 
 
 def draw_stages(above: Axes, below: Axes, stages: pd.DataFrame) -> None:

@@ -109,7 +109,8 @@ def points_view(created: int) -> tuple[str, str]:
     state = {
         **ui.run_list("", ui.STARTED, ascending=False),
         **ui.table_columns([*ui.params(_USUAL), *ui.metrics(_SHOWN)]),
-        **_charts([]),
+        # The UI hides the chart of the stages while no run that is shown has any.
+        **_charts([], (*CURVES, STAGE_CURVE)),
         **ui.visible("first 20"),
     }
     return POINTS_KEY, ui.saved_view("all design points", state, created)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,10 @@ class MadeUp:
     @property
     def epsilon(self) -> np.ndarray:
         return np.full(TRIALS, self.exploration / TRIALS)
+
+    @cached_property
+    def computed(self) -> dict[Any, Any]:
+        return {}
 
 
 @dataclass(frozen=True)

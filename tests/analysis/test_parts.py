@@ -7,6 +7,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
+from rl_design_space.analysis.bounds import Bounds
 from rl_design_space.analysis.parts import (
     BestOverBest,
     Difference,
@@ -16,6 +17,7 @@ from rl_design_space.analysis.parts import (
     Level,
     Ratio,
 )
+from rl_design_space.analysis.parts.measured import ODD, measured, weightings
 from rl_design_space.design import AdHoc, Direction, Distance
 from rl_design_space.errors import ConfigError
 from tests.analysis.made_up import MadeUp, MadeUpData
@@ -47,6 +49,16 @@ def test_ratios_and_differences_are_paired():
     assert Ratio(what="-", point=OTHER, to=ONE, measure="total_steps", low=1.0).test(DATA).state == "fails"
     difference = Difference(what="-", point=ONE, to=OTHER, measure="trials_to_final", low=5.0, high=15.0).test(DATA)
     assert (difference.value, difference.state) == (8, "holds")
+
+
+def test_a_resampled_measure_is_computed_once_for_each_result():
+    def of(name: str, recorded: MadeUp, half: slice = slice(None)) -> Bounds:
+        return measured(name, recorded, weightings(recorded, half)[1])
+
+    first = of("total_steps", FAST)
+    assert of("total_steps", FAST) is first
+    others = [of("late_steps", FAST), of("total_steps", SLOW), of("total_steps", FAST, ODD)]
+    assert len({each.low[0] for each in (first, *others)}) == 4
 
 
 @pytest.mark.parametrize("part", [Ratio, Difference])

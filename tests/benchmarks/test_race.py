@@ -24,6 +24,7 @@ SETTING = Setting(
     rounds=2,
     check_periods=40,
     periods=100,
+    compiles=False,
 )
 
 

@@ -10,9 +10,9 @@ import pytest
 from rl_design_space.commands.race import race_looks
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.plan import Plan
-from rl_design_space.plan.planner import plan_point
 from rl_design_space.run.settings import settings_of
 from tests.command_runner import commands_in
+from tests.points import planned_point
 
 ASKING = (
     "rl-design-space", "-m", "task.periods=20", "task.trials=5", "world.size=4,5", "task.precision=0.2",
@@ -38,6 +38,6 @@ def test_a_sweep_learns_until_its_means_are_precise(empty_database: Path, tmp_pa
 
 
 def test_a_race_decides_itself_how_many_periods_a_point_gets():
-    plan = Plan([plan_point(["task.precision=0.2"])])
+    plan = Plan([planned_point(["task.precision=0.2"])])
     with pytest.raises(ConfigError, match=r"^task\.precision=0\.2: a race decides itself how many periods"):
         race_looks(plan, settings_of(["tracking=none"]), None, {})

@@ -18,11 +18,11 @@ from rl_design_space.commands.race_run import Race
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.plan.plan import Plan
-from rl_design_space.plan.planner import plan_point
 from rl_design_space.run.local_executor import LocalExecutor
 from rl_design_space.run.outcome import Outcome
 from rl_design_space.run.settings import Settings, settings_of
 from tests.command_runner import commands_in
+from tests.points import planned_point
 from tests.run.trackers import MemoryTracker
 from tests.tracking.stores import copy_database
 
@@ -42,7 +42,7 @@ class Launcher:
 
 @pytest.fixture(scope="module")
 def plan() -> Plan:
-    points = [plan_point([*SMALL, f"exploration.k={k}", f"reward={reward}"]) for k in SLOPES for reward in REWARDS]
+    points = [planned_point([*SMALL, f"exploration.k={k}", f"reward={reward}"]) for k in SLOPES for reward in REWARDS]
     return Plan(points, ("mine",))
 
 
@@ -134,7 +134,7 @@ def test_the_largest_value_can_be_the_best_one(plan: Plan, settings: Settings):
     ],
 )
 def test_what_cannot_be_raced_is_refused(overrides, changed, rules, message: str, settings: Settings):
-    plan = Plan([plan_point([*SMALL, override]) for override in overrides])
+    plan = Plan([planned_point([*SMALL, override]) for override in overrides])
     with pytest.raises(ConfigError, match=message):
         race_looks(plan, replace(settings, **changed), Launcher(), {**RULES, **rules})
 

@@ -8,15 +8,15 @@ from itertools import product
 from rl_design_space.commands.sweep_result import result_lines
 from rl_design_space.commands.watching import main_numbers, tell_numbers, watched
 from rl_design_space.plan.plan import Plan
-from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking.tracker import StoredRun
+from tests.points import planned_point
 
 STEPS = {"ad_hoc": 4000.0, "direction": 6000.0}
 REWARDS = {"many_rewards": 1.0, "each_success": 1.05, "end_reward": 2.5}
 
 
 def planned(name: str, reward: str, seed: int = 0):
-    return plan_point(["world.size=4", f"representation={name}", f"reward={reward}", f"seed={seed}"])
+    return planned_point(["world.size=4", f"representation={name}", f"reward={reward}", f"seed={seed}"])
 
 
 def swept(error: float, seeds: int = 1) -> tuple[Plan, dict[str, StoredRun]]:

@@ -12,12 +12,11 @@ import yaml
 from rl_design_space._paths import CONF
 from rl_design_space.catalogue.comments import first_sentence, leading_comment
 from rl_design_space.config.build import build_component, plain
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.design import DesignPoint
 from rl_design_space.plan.planner import Planner
-from rl_design_space.plan.study import load_study
 from rl_design_space.run.settings import build_settings
 from tests.design.options import overrides_of
+from tests.points import shipped_study
 
 FILES = sorted(CONF.rglob("*.yaml"))
 STUDIES = [file.stem for file in FILES if file.parent.name == "study"]
@@ -73,8 +72,7 @@ def test_the_shipped_default_is_the_default_in_python(planner: Planner):
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_study_has_points_and_all_of_them_build(name: str):
-    with shipped_config():
-        study = load_study(name, ())
+    study = shipped_study(name)
     # A study has points, its own or those of other studies, or a report without points.
     assert bool(study.plan) == ("blocks" in study.config.study or "includes" in study.config.study)
     assert study.plan or study.report()
@@ -84,9 +82,8 @@ def test_a_study_has_points_and_all_of_them_build(name: str):
 
 @pytest.mark.parametrize("name", STUDIES_WITH_REPORT)
 def test_the_report_of_a_study_builds(name: str):
-    with shipped_config():
-        study = load_study(name, ())
-        report = study.report()
+    study = shipped_study(name)
+    report = study.report()
     described = study.config.study.report
     assert type(report) is resolve_name(described._target_)
     assert report.title == described.title

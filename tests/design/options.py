@@ -27,10 +27,11 @@ def names_of(group: str) -> list[str]:
 
 
 def overrides_of(group: str, name: str) -> list[str]:
-    """Return the overrides that choose an option, with a representation that shows what its actions need."""
+    """Return the overrides that choose an option, with a representation that it needs."""
     overrides = [f"{group}={name}"]
     kind = pkgutil.resolve_name(yaml.safe_load((CONF / group / f"{name}.yaml").read_text(encoding="utf-8"))["_target_"])
-    return [*overrides, "representation=direct"] if issubclass(kind, design.SeeingActions) else overrides
+    needed = {design.SeeingActions: "direct", design.Refine: "aggregated"}
+    return [*overrides, *(f"representation={name}" for base, name in needed.items() if issubclass(kind, base))]
 
 
 def variations(component: Any) -> Iterator[Any]:

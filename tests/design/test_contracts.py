@@ -21,6 +21,8 @@ from rl_design_space.contracts import (
     check_world,
 )
 from rl_design_space.design import (
+    AdHoc,
+    Aggregated,
     Controllers,
     Direction,
     Distance,
@@ -30,6 +32,7 @@ from rl_design_space.design import (
     Scene,
     Torus,
     Walled,
+    Without,
 )
 from rl_design_space.plan.planner import Planner
 from tests.command_runner import PATIENCE, python
@@ -53,6 +56,9 @@ UNUSUAL = [
     (check_world, Walled(size=(2, 9))),
     (check_world, misfit(Walled(size=3), open_cells=lambda self: np.array([0, 1, 3], dtype=np.int32))),
     (check_exploration, Exponential(start=0.01, l=0.5)),
+    (check_representation, Aggregated(block=(2, 1))),
+    (check_representation, Without(of=Distance(goals="due"), leave_out=("goal1",), counters=(0,))),
+    (check_representation, Without(of=AdHoc(), leave_out=("counter", "x"))),
     (check_msa, MultiStepActions(lengths=(5, 2, 3))),
     (check_msa, MultiStepActions(lengths=(4,), until="observation_changes")),
     (check_msa, Controllers(controllers=("back_to_sub_goal", "along_wall"), primitives=False)),
@@ -72,7 +78,7 @@ def test_the_variations_of_an_option_are_those_of_its_annotations():
     assert varied == {
         Direction(rule=rule, goals=goals)
         for rule in ("dominant_axis", "horizontal_first")
-        for goals in ("all", "remaining")
+        for goals in ("all", "remaining", "due")
     }
     assert {Linear(start=0), Linear(start=1), Linear(k=0)} <= set(variations(Linear()))
     assert Torus(size=2) in variations(Torus())

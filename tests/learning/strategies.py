@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from rl_design_space.design import (
     ActionSet,
     AdHoc,
+    Aggregated,
     Constant,
     DesignPoint,
     Direct,
@@ -27,12 +29,13 @@ from rl_design_space.design import (
     Task,
     Torus,
     Walled,
+    World,
 )
 from rl_design_space.learning import LearningCurves
 from tests.learning.scrambled import ScrambledActions
 
 probabilities = st.floats(0, 1)
-observed_goals = st.sampled_from(["all", "remaining"])
+observed_goals = st.sampled_from(["all", "remaining", "due"])
 sides = st.integers(2, 5)
 worlds = st.builds(lambda world, dx, dy: world(size=(dx, dy)), st.sampled_from([Torus, Walled]), sides, sides)
 
@@ -98,8 +101,18 @@ learners = st.builds(
 )
 
 
+def aggregated(world: World) -> st.SearchStrategy[Aggregated]:
+    """Draw blocks that divide a world."""
+    sides = (st.sampled_from([side for side in range(1, size + 1) if size % side == 0]) for size in world.shape)
+    return st.builds(Aggregated, block=st.tuples(*sides))
+
+
 @st.composite
-def points(draw: st.DrawFn, actions: st.SearchStrategy[ActionSet] = multi_step_actions) -> DesignPoint:
+def points(
+    draw: st.DrawFn,
+    actions: st.SearchStrategy[ActionSet] = multi_step_actions,
+    blocks: Callable[[World], st.SearchStrategy[Aggregated]] = aggregated,
+) -> DesignPoint:
     """Draw any combination of options and readings; the step cap is often met, also within a multi-step action."""
     world = draw(worlds)
     width, height = world.shape
@@ -114,7 +127,7 @@ def points(draw: st.DrawFn, actions: st.SearchStrategy[ActionSet] = multi_step_a
         seed=draw(st.integers(0, 2**64 - 1)),
         task=task,
         world=world,
-        representation=draw(representations),
+        representation=draw(representations | blocks(world)),
         exploration=draw(explorations),
         msa=draw(actions),
         reward=draw(rewards),
@@ -144,7 +157,7 @@ def results(draw: st.DrawFn, point: DesignPoint) -> LearningCurves:
 @st.composite
 def staged_points(draw: st.DrawFn) -> DesignPoint:
     """Draw a point of one to four stages, which differ in anything that stages can differ in."""
-    point = draw(points())
+    point = draw(points(blocks=lambda world: st.nothing()))
     goals, places, found = point.task.goals, point.world, list[Stage]()
     representation, msa = point.representation, point.msa
     for _ in range(draw(st.integers(1, 4))):

@@ -52,25 +52,25 @@ def test_the_reference_draws_the_published_words_of_xoshiro256pp():
     assert words == [41943041, 58720359, 3588806011781223, 3591011842654386, 9228616714210784205]
 
 
-@settings(deadline=None, max_examples=400)
+@settings(deadline=None, max_examples=150)
 @given(point=strategies.points())
 def test_steps_and_success_of_all_periods_agree(point: DesignPoint):
     assert_same_curves(point)
 
 
-@settings(deadline=None, max_examples=400)
+@settings(deadline=None, max_examples=150)
 @given(point=strategies.points())
 def test_the_q_matrix_agrees_bit_for_bit(point: DesignPoint):
     assert_same_q_matrix(point)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(point=strategies.tabulated_points)
 def test_steps_and_success_of_actions_that_follow_a_table_agree(point: DesignPoint):
     assert_same_curves(point)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(point=strategies.tabulated_points)
 def test_the_q_matrix_of_actions_that_follow_a_table_agrees_bit_for_bit(point: DesignPoint):
     assert_same_q_matrix(point)

@@ -101,7 +101,7 @@ def test_results_change_only_with_the_kernel_version():
     assert version == KERNEL_VERSION, f"KERNEL_VERSION was raised: record GOLDEN = ({KERNEL_VERSION}, {found!r})"
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(point=strategies.points())
 def test_direct_learns_step_for_step_as_ad_hoc(point: DesignPoint):
     ad_hoc = simulate(replace(point, representation=AdHoc()), threads=1)

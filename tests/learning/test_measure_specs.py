@@ -8,17 +8,19 @@ import numpy as np
 import pytest
 
 from rl_design_space.analysis.statistics import resample_weights
+from rl_design_space.design import DesignPoint, NewGoals, Task
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.learning.measures import MEASURES, canonical, forms, measure
 from tests.analysis.made_up import TRIALS, MadeUp
 
-EQUAL = np.full((1, 60), 1 / 60)
 #: 200 steps in trials 0 to 4, then 12, where 10 is the optimum.
 PLAIN = MadeUp(last=12.0, first=200.0, until=5, noise=0.0)
 
 
-def value(spec: Any, recorded: MadeUp = PLAIN) -> float:
-    return float(measure(spec).samples(recorded, EQUAL)[0])
+def value(spec: Any, recorded: MadeUp | LearningCurves = PLAIN) -> float:
+    count = len(recorded.steps)
+    return float(measure(spec).samples(recorded, np.full((1, count), 1 / count))[0])
 
 
 @pytest.mark.parametrize(
@@ -38,6 +40,8 @@ def value(spec: Any, recorded: MadeUp = PLAIN) -> float:
         ({"_target_": "mine.late", "b": True, "a": 0.5}, "mine.late,a=0.5,b=true"),
         ("mine.late,b=true,a=0.5", "mine.late,a=0.5,b=true"),
         ({"_target_": "mine.late", "statistic": "median"}, "mine.late,statistic=median"),
+        ({"solved": None, "stage": "last"}, "solved,stage=last"),
+        ({"solved_within": None, "stage": 2, "statistic": "median"}, "solved_within=2,stage=2,statistic=median"),
     ],
 )
 def test_each_way_to_write_a_measure_has_one_text_form(spec: Any, text: str):
@@ -58,6 +62,11 @@ def test_each_way_to_write_a_measure_has_one_text_form(spec: Any, text: str):
         ("trials_to=20", 0),
         ("near_share=1.25", 1),
         ("near_share=1.1", 0),
+        ("solved", 1),
+        ("solved_within=2", 0.75),
+        ("solved_within=1.1", 0),
+        ("total_steps,stage=last", 5 * 200 + 15 * 12),  # without stages there is one
+        ("steps_after=3,stage=1", 2 * 200 + 15 * 12),
         ("total_steps,statistic=median", 5 * 200 + 15 * 12),
     ],
 )
@@ -105,7 +114,7 @@ def test_samples_of_all_are_one_number_for_each_resample(spec: str):
     recorded = MadeUp(noise=0.3)
     samples = found.samples(recorded, weights)
     assert samples.shape == (40,)
-    assert samples.min() <= value(spec, recorded) <= samples.max()
+    assert samples.min() - 1e-9 <= value(spec, recorded) <= samples.max() + 1e-9
     each = found.each(recorded)
     assert each is None or each.mean() == pytest.approx(value(spec, recorded))
 
@@ -131,6 +140,8 @@ def test_a_statistic_is_part_of_the_meaning():
         ("near_share=x", "near_share=x: should be a factor of at least 1"),
         ("total_steps=3", "total_steps=3: takes no parameter"),
         ("total_steps,after=3", "measure total_steps: after: no such parameter"),
+        ("total_steps,stage=0", "stage=0: should be the number of a stage, from 1, or last"),
+        ("total_steps,stage=first", "stage=first: should be the number of a stage, from 1, or last"),
         ("total_steps,statistic=mode", "statistic=mode: should be among mean, median"),
         ("trials_to,statistic=iqm", "statistic=iqm: should be mean or median, for a measure of a curve"),
         ({"statistic": "median"}, "names a statistic but no measure"),
@@ -154,6 +165,26 @@ def test_steps_after_the_last_trial_are_refused_where_the_trials_are_known():
 
 
 def test_the_names_of_recorded_measures_stay():
-    periods = {"late_steps", "failed_trials", "failed_periods", "final_failed", "not_near_optimum", "outliers"}
+    periods = {
+        "late_steps",
+        "failed_trials",
+        "failed_periods",
+        "final_failed",
+        "not_near_optimum",
+        "outliers",
+        "solved",
+    }
     totals = {"total_steps", "total_steps_scaled", "final_steps_over_optimum"}
     assert set(MEASURES) == {*totals, *periods, "trials_to_final", "trials_to_optimum", "gap_left", "roughness"}
+
+
+def test_a_measure_of_a_stage_is_that_of_its_trials_alone():
+    point = DesignPoint(task=Task(periods=6, trials=5, goals=1), curriculum=NewGoals(layouts=2, zero_shot=3))
+    curves = simulate(point)
+    assert value("total_steps,stage=2", curves) == pytest.approx(curves.steps[:, 5:8].sum(axis=1).mean())
+    assert value("total_steps,stage=last", curves) == pytest.approx(curves.steps[:, 8:].sum(axis=1).mean())
+    assert value("solved,stage=2,statistic=median", curves) == np.median(curves.success[:, 5:8].mean(axis=1))
+    assert measure("trials_to=1.1,stage=2").censored_at(curves) == 3
+    assert measure("solved,stage=2").meaning.startswith("share of trials that reach the final goal")
+    with pytest.raises(ConfigError, match="stage=4: should be from 1 to 3, the stages of this point, or last"):
+        value("total_steps,stage=4", curves)

@@ -47,7 +47,7 @@ def steps_of(tables, layout: np.ndarray, row: np.ndarray, policy: tuple[int, ...
     return None
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(
     codes=st.lists(st.integers(0, 2), min_size=20, max_size=20),
     layout=st.permutations(range(10)).map(lambda cells: np.array(cells[:3], dtype=np.int32)),

@@ -28,7 +28,7 @@ def manhattan_tour(world: World, tour: list[int]) -> int:
     return total
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=50)
 @given(
     world_type=st.sampled_from([Torus, Walled]),
     shape=st.tuples(st.integers(2, 12), st.integers(2, 12)),
@@ -47,7 +47,7 @@ def test_a_tour_passes_the_goals_in_their_order():
     assert shortest_tours(corridor(5), there_and_back).tolist() == [2 + 4 + 1]
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=50)
 @given(point=strategies.points())
 def test_no_trial_beats_the_optimum(point: DesignPoint):
     curves = simulate(point, threads=1)

@@ -25,12 +25,14 @@ from rl_design_space.design import (
     Torus,
     Walled,
     ZeroShot,
+    from_scratch,
     stages_of,
 )
 from rl_design_space.environment import OrderedGoals
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import LearningCurves, simulate, stages
 from rl_design_space.learning.stage_layouts import stage_layouts
+from rl_design_space.plan.fingerprint import fingerprint
 from tests import reference_stages
 from tests.learning import strategies
 
@@ -53,7 +55,7 @@ def assert_agrees(point: DesignPoint) -> None:
         np.testing.assert_array_equal(stage.carried, [period[number].carried for period in expected])
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=30)
 @given(point=strategies.staged_points().filter(stages_of))
 def test_steps_success_and_rows_of_all_stages_agree_with_the_reference(point: DesignPoint):
     for number, layouts in enumerate(stage_layouts(point, stages_of(point))):
@@ -114,6 +116,32 @@ def test_a_stage_without_learning_changes_nothing_and_repeats_itself():
     going_on = simulate(replace(POINT, curriculum=Stages(stages=(Stage(), used, Stage.of({"task.trials": 5})))))
     # Only ties are drawn again: where values differ, so that there are none, every trial takes the same way.
     assert going_on.stages[2].carried.tolist() == curves.stages[0].rows[:, 0].tolist()
+
+
+def test_each_grid_or_layout_may_be_used_as_it_is_before_it_is_learned():
+    goals = stages_of(replace(POINT, curriculum=NewGoals(layouts=3, zero_shot=2, epsilon=0.3)))
+    assert [stage.layout for stage in goals] == ["same", "new", "same", "new", "same"]
+    assert [stage.point.learner.alpha for stage in goals] == [0.1, 0, 0.1, 0, 0.1]
+    assert [stage.point.task.trials for stage in goals[1:3]] == [2, POINT.task.trials]
+    assert [stage.point.exploration for stage in goals[:3]] == [
+        POINT.exploration,
+        Constant(epsilon=0),
+        Constant(epsilon=0.3),
+    ]
+    grids = stages_of(replace(POINT, curriculum=CoarseToFine(sizes=(2, 3), zero_shot=2)))
+    assert [stage.point.world.size for stage in grids] == [2, 3, 3, POINT.world.size, POINT.world.size]
+    assert {stage.layout for stage in grids} == {"scaled"}
+    used = simulate(replace(POINT, curriculum=CoarseToFine(sizes=(3,), zero_shot=2)))
+    # What is used as it is changes nothing, so learning goes on with what was carried to it.
+    assert used.stages[2].carried.tolist() == used.stages[2].rows[:, 0].tolist()
+
+
+def test_the_same_stages_from_scratch_are_those_that_carry_nothing():
+    point = replace(POINT, curriculum=NewGoals(layouts=2, zero_shot=2))
+    nothing = replace(POINT, curriculum=NewGoals(layouts=2, zero_shot=2, carry="none"))
+    assert stages_of(from_scratch(point)) == stages_of(nothing)
+    assert fingerprint(from_scratch(point)) == fingerprint(nothing) == fingerprint(from_scratch(nothing))
+    assert fingerprint(point) != fingerprint(nothing)
 
 
 def test_one_stage_that_is_the_point_is_no_stage():

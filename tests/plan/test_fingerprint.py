@@ -12,7 +12,19 @@ import pytest
 
 from rl_design_space._paths import CONF
 from rl_design_space.config.compose import OPTION_GROUPS
-from rl_design_space.design import DesignPoint, Linear, MultiStepActions, Stage, Task, Torus, Walled
+from rl_design_space.design import (
+    AdHoc,
+    Aggregated,
+    DesignPoint,
+    Linear,
+    MultiStepActions,
+    Refine,
+    Stage,
+    Task,
+    Torus,
+    Walled,
+    Without,
+)
 from rl_design_space.design.identity import absent_as
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.version import KERNEL_VERSION
@@ -129,12 +141,21 @@ def another_value(value: Any, kind: Any) -> Any:
     raise AssertionError(f"say here what another value than {value!r} is")
 
 
+#: Other values of fields that allow few.
+ALLOWED = {
+    Aggregated: {"block": 5},
+    Refine: {"split": "all", "rows": 9, "times": 3, "trials": 7, "carry": "none"},
+    Without: {"of": AdHoc(), "leave_out": ("goal1",), "counters": (1,)},
+}
+
+
 def changed(component: Any) -> Iterator[tuple[str, Any]]:
     """Yield copies of a component, each with one field changed."""
-    kinds = get_type_hints(type(component))
+    kinds, allowed = get_type_hints(type(component)), ALLOWED.get(type(component), {})
     for one in fields(component):
         value = getattr(component, one.name)
-        yield one.name, replace(component, **{one.name: another_value(value, kinds[one.name])})
+        other = allowed[one.name] if allowed else another_value(value, kinds[one.name])
+        yield one.name, replace(component, **{one.name: other})
 
 
 OPTIONS = [(group, file.stem) for group in OPTION_GROUPS for file in sorted((CONF / group).glob("*.yaml"))]

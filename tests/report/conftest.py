@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import pytest
 
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning import LearningCurves, simulate
-from rl_design_space.plan.study import Study, load_study
+from rl_design_space.plan.study import Study
 from rl_design_space.report import PublishedTable
 from rl_design_space.tracking.read import RunReader
+from tests.points import shipped_study
 from tests.tracking.stores import import_mlflow, options, tracker_at
 
 OVERRIDES = ["task.periods=20", "task.trials=5", "world.size=4,5"]
@@ -43,8 +43,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Small:
     import_mlflow()
     database = tmp_path_factory.mktemp("table4") / "mlflow.db"
     tracker = tracker_at(database)
-    with shipped_config():
-        study = load_study("table4", OVERRIDES)
+    study = shipped_study("table4", *OVERRIDES)
     learned = {}
     for planned in study.plan:
         if cell_of(planned) not in MISSING:

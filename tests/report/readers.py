@@ -28,7 +28,8 @@ class LearningReader:
     attached: list[tuple[str, Sequence[Path]]] = field(default_factory=list)
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
-        return {fingerprint: StoredRun(fingerprint) for fingerprint in fingerprints if fingerprint not in self.missing}
+        there = {planned.fingerprint for planned in self.plan}.difference(self.missing)
+        return {fingerprint: StoredRun(fingerprint) for fingerprint in fingerprints if fingerprint in there}
 
     def periods(self, run: StoredRun) -> dict[str, Any]:
         (planned,) = (planned for planned in self.plan if planned.fingerprint == run.run_id)

@@ -9,14 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
-from rl_design_space.plan.planner import Planner
-from rl_design_space.plan.study import Study, load_study, plan_overrides
+from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.curves_figure import EXPLORATION, LINES, CurvesFigure
 from rl_design_space.report.runs import Runs
+from tests.points import planning, shipped_study
 from tests.report.readers import LearningReader, unpadded
 
 SWEEP = ["task.periods=6", "task.trials=12", "world.size=4", "exploration=linear", "exploration.k=0.02,0.05"]
@@ -32,8 +31,7 @@ FIGURE = CurvesFigure(
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         return Study(
             "mine",
             (),
@@ -91,8 +89,7 @@ def test_a_line_that_is_not_one_point_is_refused(study: Study):
 
 @pytest.mark.parametrize("name", ["fig2", "fig3", "fig4", "fig5"])
 def test_every_line_of_the_shipped_figures_is_a_point(name: str):
-    with shipped_config():
-        shipped = load_study(name, ())
+    shipped = shipped_study(name)
     figure: CurvesFigure = shipped.report()
     reader = LearningReader(shipped.plan, {planned.fingerprint for planned in shipped.plan})
     points = figure.points(Runs.of_study(shipped, reader))

@@ -12,13 +12,12 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning import simulate
-from rl_design_space.plan.planner import Planner
-from rl_design_space.plan.study import Study, load_study, plan_overrides
+from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report import CurvesFigure
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import DASHES
+from tests.points import planning, shipped_study
 from tests.report.readers import LearningReader
 
 SWEEP = ["task.periods=8", "task.trials=10", "world.size=4", "exploration=linear", "exploration.k=0.02,0.05,0.1"]
@@ -32,8 +31,7 @@ SHIPPED = ["fig2", "fig3", "fig4", "fig5"]
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         return Study("mine", (), planner.composer.config(()), plan_overrides(SWEEP, planner))
 
 
@@ -78,8 +76,7 @@ def test_the_optimum_and_a_random_walk_stand_beside_the_curves(study: Study, axe
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_lines_of_a_panel_differ_without_colours(name: str):
-    with shipped_config():
-        figure: CurvesFigure = load_study(name, ()).report()
+    figure: CurvesFigure = shipped_study(name).report()
     assert len({str(dashes) for dashes in DASHES}) == len(DASHES)
     for panel in figure.built_panels():
         assert len(panel.lines) <= len(DASHES)
@@ -87,8 +84,7 @@ def test_lines_of_a_panel_differ_without_colours(name: str):
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_pictures_are_described_in_one_plain_line(name: str):
-    with shipped_config():
-        shows = load_study(name, ()).report().shows
+    shows = shipped_study(name).report().shows
     assert 40 < len(shows) < 300
     assert not set(shows) & set("[]()\n")
 

@@ -10,16 +10,15 @@ import pytest
 
 from rl_design_space.analysis.endings import ENDINGS, NOT_LEARNED, NOT_REPRESENTED, OPEN
 from rl_design_space.commands import figure_words
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
-from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report.base import MAIN, Frames
 from rl_design_space.report.baselines import above_optimum, told_of_memoryless
 from rl_design_space.report.failures import EXAMPLES, PERIODS, TRIALS, Failures
 from rl_design_space.report.failures_examined import tail_of
 from rl_design_space.report.runs import Runs
+from tests.points import planning
 from tests.report.readers import LearningReader
 from tests.tracking.stores import copy_database, learned, record, tracker_at
 
@@ -33,8 +32,7 @@ REPORT = Failures(tail=20, most=4)
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         return Study("mine", (), planner.composer.config(()), plan_overrides(SWEEP, planner))
 
 

@@ -22,10 +22,10 @@ from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.learning.measures import MEASURES, measure
-from rl_design_space.plan.planner import plan_point
 from rl_design_space.report import Compare, Curves, Heatmap, Sensitivity
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.runs import Runs
+from tests.points import planned_point
 from tests.tracking.stores import copy_database, options, record, tracker_at
 
 SIZE = ("task.periods=6", "task.trials=5", "world.size=4", "exploration=linear")
@@ -36,7 +36,7 @@ OVERRIDES = [
     for k in (0.02, 0.05, 0.1)
     if (name, k) != ("direction", 0.05)
 ]
-LEARNED = {overrides: simulate(plan_point([*SIZE, *overrides]).point) for overrides in OVERRIDES}
+LEARNED = {overrides: simulate(planned_point([*SIZE, *overrides]).point) for overrides in OVERRIDES}
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> P
     copy_database(empty_database, folder / "mlflow.db")
     tracker = tracker_at(folder / "mlflow.db")
     for overrides, curves in LEARNED.items():
-        record(tracker, replace(plan_point([*SIZE, *overrides]), studies=("mine",)), curves)
+        record(tracker, replace(planned_point([*SIZE, *overrides]), studies=("mine",)), curves)
     return folder
 
 

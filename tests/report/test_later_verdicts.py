@@ -13,14 +13,13 @@ import yaml
 from rl_design_space._paths import CONF
 from rl_design_space.analysis.parts import Part
 from rl_design_space.config.build import build
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.plan import Plan
-from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report import ClaimsLedger
 from rl_design_space.report.claims_judged import claims_frame
 from rl_design_space.report.runs import Runs
+from tests.points import planning
 from tests.report.readers import LearningReader, unpadded
 
 ROOT = Path(__file__).parents[2]
@@ -30,8 +29,7 @@ SWEEP = ["task.periods=30", "task.trials=8", "task.goals=1", "exploration=linear
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         return Study("mine", (), planner.composer.config(()), plan_overrides(SWEEP, planner))
 
 
@@ -95,8 +93,7 @@ def test_later_verdicts_stand_beside_the_registered_ones(study: Study, tmp_path:
 @pytest.fixture(scope="module")
 def larger(study: Study) -> tuple[Study, LearningReader]:
     """The same points with more periods, and a reader of both samples."""
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         sweep = ["task.periods=60", *SWEEP[1:]]
         more = Study("more", (), planner.composer.config(()), plan_overrides(sweep, planner))
     return more, LearningReader(Plan((*study.plan, *more.plan)))

@@ -35,6 +35,7 @@ from rl_design_space.report.ordering import Ordering
 from rl_design_space.report.pairs import Pair, ratio_of
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.stage_marks import STAGES
 from rl_design_space.report.words import Words
 from tests.report.readers import LearningReader
 
@@ -228,7 +229,7 @@ def test_labels_are_in_ticks_and_legends_of_a_picture():
     frame = pd.DataFrame({"line": ["representation=ad_hoc"] * 3, "trial": range(3), "mean": 5.0, "runs": 1})
     frame["ci_low"] = frame["ci_high"] = 5.0
     curves = Curves(by="representation", labels=LABELS)
-    figure = curves.draw({MAIN: frame})
+    figure = curves.draw({MAIN: frame, STAGES: pd.DataFrame(columns=["line", "begin"])})
     curves.words.write_into(figure, {curves.heading: "The heading"})
     assert {"Ad hoc", "The heading"} <= set(texts(figure))
     plt.close(figure)

@@ -13,15 +13,14 @@ import pytest
 from omegaconf import OmegaConf
 
 from rl_design_space.analysis.multiverse.marks import Mark
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.plan import Plan, PlannedPoint
-from rl_design_space.plan.planner import Planner
-from rl_design_space.plan.study import Study, load_study, plan_study
+from rl_design_space.plan.study import Study, plan_study
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.multiverse import CLAIMS, FACTORS, JOINT, Multiverse
 from rl_design_space.report.runs import Runs
 from rl_design_space.tracking.tracker import StoredRun
+from tests.points import planning, shipped_study
 from tests.report.readers import unpadded
 
 PERIODS, TRIALS = 30, 12
@@ -53,8 +52,7 @@ World = Callable[[dict[str, Any]], float]
 def study() -> Study:
     node = {"blocks": BLOCKS, "variations": {"order": 2, "readings": READINGS}}
     overrides = (f"task.periods={PERIODS}", f"task.trials={TRIALS}", "world.size=4", "task.goals=1")
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         config = OmegaConf.create({"study": node})
         return Study("made", overrides, config, plan_study("made", config, overrides, planner))
 
@@ -216,9 +214,8 @@ def test_the_shipped_multiverse_has_a_point_for_every_part_and_reading():
     from rl_design_space.report.multiverse_outcomes import asked
     from rl_design_space.report.multiverse_points import ReadPoints, alternatives, readings_of
 
-    with shipped_config():
-        study = load_study("multiverse", ("task.periods=2",))
-        report: Multiverse = study.report()
+    study = shipped_study("multiverse", "task.periods=2")
+    report: Multiverse = study.report()
     runs = Runs.of_study(study, MadeUpReader(study.plan, lambda parameters: 1.0, lambda planned: True))
     there = alternatives(report.readings, report.apart, runs.points)
     assert len(there) == 12

@@ -7,12 +7,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.plan.plan import Plan
-from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study
 from rl_design_space.report.page import Page, Section
 from rl_design_space.report.page_claims import page_claims
+from tests.points import planning
 
 PAGE = Page(
     title="Short", sections=("fig3", "claims"), verdicts="claims", multiverse="multiverse", ui="http://127.0.0.1:5000"
@@ -46,8 +45,8 @@ def multiverse(tmp_path: Path) -> Path:
 
 
 def rendered(ledger: Path, multiverse: Path | None) -> str:
-    with shipped_config():
-        study = Study("short", (), Planner().composer.config(()), Plan([], ("short",)))
+    with planning() as planner:
+        study = Study("short", (), planner.composer.config(()), Plan([], ("short",)))
     names = ["fig3", "claims", *(["multiverse"] if multiverse else [])]
     sections = [Section(name, name, "", "") for name in names]
     return PAGE.render(study, sections, page_claims(ledger, multiverse))

@@ -12,13 +12,12 @@ from PIL import Image
 
 from rl_design_space.analysis.statistics import mean_estimate
 from rl_design_space.commands.report import write_report
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
-from rl_design_space.plan.study import load_study
 from rl_design_space.report import PublishedTable
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.points import largest, sample
 from rl_design_space.report.runs import Runs
+from tests.points import shipped_study
 from tests.report.conftest import MISSING, OVERRIDES, PUBLISHED, Small
 from tests.report.readers import LearningReader, unpadded
 
@@ -33,8 +32,7 @@ HEADER = "representation,size,goals,paper,measured,ci_low,ci_high,ratio,failed_p
 
 
 def shipped() -> PublishedTable:
-    with shipped_config():
-        return load_study("table4", ()).report()
+    return shipped_study("table4").report()
 
 
 def test_the_published_numbers_are_those_of_the_paper():
@@ -47,8 +45,7 @@ def test_the_published_numbers_are_those_of_the_paper():
 
 
 def test_every_published_cell_is_a_point_of_the_study():
-    with shipped_config():
-        study = load_study("table4", ())
+    study = shipped_study("table4")
     table = study.report()
     planned = {tuple(point.parameters[name] for name in table.axes.values()) for point in study.plan}
     published = {(p, r, c) for p, rows in table.published.items() for r, columns in rows.items() for c in columns}
@@ -149,8 +146,7 @@ def test_the_same_runs_give_the_same_files(written: dict[str, Path], small: Smal
 
 
 def test_cells_outside_what_was_asked_for_are_not_promised(small: Small, tmp_path: Path):
-    with shipped_config():
-        narrow = load_study("table4", [*OVERRIDES, "world.size=4"])
+    narrow = shipped_study("table4", *OVERRIDES, "world.size=4")
     small.table.write(narrow, small.reader, tmp_path)
     text = (tmp_path / "table4.md").read_text(encoding="utf-8")
     # Of what was not run, this command makes one cell of size 4, and none of size 5.
@@ -159,8 +155,7 @@ def test_cells_outside_what_was_asked_for_are_not_promised(small: Small, tmp_pat
 
 
 def test_different_points_are_not_averaged_into_one_cell(small: Small):
-    with shipped_config():
-        study = load_study("table4", [*OVERRIDES, "task.trials=5,6"])
+    study = shipped_study("table4", *OVERRIDES, "task.trials=5,6")
     with pytest.raises(ConfigError, match=r"task\.trials"):
         small.table.frames(Runs.of_study(study, small.reader))
 
@@ -188,8 +183,8 @@ def test_a_report_without_tracking_is_refused(tmp_path: Path):
     ],
 )
 def test_an_invalid_report_is_named_in_the_error(override: str, message: str):
-    with shipped_config(), pytest.raises(ConfigError, match=message):
-        load_study("table4", [override]).report()
+    with pytest.raises(ConfigError, match=message):
+        shipped_study("table4", override).report()
 
 
 def test_an_axis_that_no_point_has_is_refused(small: Small):
@@ -217,8 +212,7 @@ def test_a_cell_shows_the_largest_recorded_sample(small: Small):
 
 
 def test_the_shipped_table_names_a_study_with_larger_samples_of_its_direction_cells():
-    with shipped_config():
-        table, tails = load_study("table4", ()), load_study(shipped().larger_samples, ())
+    table, tails = shipped_study("table4"), shipped_study(shipped().larger_samples)
     reader = LearningReader(table.plan)
     runs = Runs.of_study(table, reader).with_larger(Runs.of_study(tails, LearningReader(tails.plan)), tails.command)
     periods = {point.key(("representation", "world.size")): sample(point)[1] for point in largest(runs.points)}

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from omegaconf import OmegaConf
 
 from rl_design_space.analysis.fit import fit
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_study
 from rl_design_space.report.base import MAIN
@@ -21,6 +20,7 @@ from rl_design_space.report.reading_points import ReadingPoints
 from rl_design_space.report.readings_audit import JOINT, LIMIT, ReadingsAudit
 from rl_design_space.report.readings_text import _times
 from rl_design_space.report.runs import Runs
+from tests.points import planning, shipped_study
 from tests.report.readers import LearningReader, unpadded
 
 GRID = {"exploration": "linear", "exploration.k": 0.03, "world.size": "4,5", "task.goals": "1,2", "task.periods": 20}
@@ -47,16 +47,14 @@ AUDIT = ReadingsAudit(
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         config = OmegaConf.create({"study": {"blocks": BLOCKS}})
         return Study("audit", (), config, plan_study("audit", config, (), planner))
 
 
 def table_of(study: Study, explore: dict[str, str]) -> PublishedTable:
     """Return published numbers that are those of a reading, which may be another one in each panel."""
-    with shipped_config():
-        shipped = load_study("table4", ()).report()
+    shipped = shipped_study("table4").report()
     runs = Runs.of_study(study, LearningReader(study.plan))
     common = {name: value for name, value in SMALL.items() if "," not in str(value)}
     published: dict = {}

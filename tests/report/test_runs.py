@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
-from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report.runs import Runs
+from tests.points import planning
 from tests.report.readers import LearningReader
 
 SWEEP = ["task.periods=2", "task.trials=3", "exploration=linear", "world.size=4,5", "msa.lengths=[],[2],[2,3]"]
@@ -20,8 +19,7 @@ SWEEP = ["task.periods=2", "task.trials=3", "exploration=linear", "world.size=4,
 
 @pytest.fixture(scope="module")
 def study() -> Study:
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         return Study("mine", (), planner.composer.config(()), plan_overrides(SWEEP, planner))
 
 
@@ -69,8 +67,7 @@ def test_a_run_that_kept_its_curves_alone_is_refused_by_name(study: Study, monke
 
 def test_a_reading_leaves_out_the_points_that_have_another_value_and_no_others():
     small = ["task.periods=2", "task.trials=3", "world.size=4"]
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         representations = plan_overrides([*small, "representation=ad_hoc,direction,distance"], planner)
         observes_all = plan_overrides([*small, "representation=direction", "representation.goals=all"], planner)
         plan = replace(representations, points=[*representations, *observes_all])

@@ -9,11 +9,9 @@ import pytest
 
 from rl_design_space.analysis.quality import quality
 from rl_design_space.analysis.statistics import mean_estimate
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.plan.plan import Plan
-from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, plan_overrides, union
 from rl_design_space.report import (
     ClaimsLedger,
@@ -27,6 +25,7 @@ from rl_design_space.report import (
 )
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.runs import Runs
+from tests.points import planning
 from tests.report.readers import LearningReader
 
 SIZE = ["task.periods=4", "task.trials=6", "world.size=4", "seed=0,1,2"]
@@ -41,8 +40,7 @@ def learned(point) -> LearningCurves:
 
 @pytest.fixture(scope="module")
 def plan() -> Plan:
-    with shipped_config():
-        planner = Planner()
+    with planning() as planner:
         linear = plan_overrides([*SIZE, "exploration=linear", "exploration.k=0.02,0.1"], planner)
         return union([linear, plan_overrides(SIZE, planner)])
 

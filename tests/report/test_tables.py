@@ -12,11 +12,10 @@ import pytest
 
 from rl_design_space.analysis.quality import Quality
 from rl_design_space.analysis.statistics import Estimate
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.design import DesignPoint, Distance, Task, Torus, cell_count
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.plan import Plan, PlannedPoint
-from rl_design_space.plan.study import Study, load_study
+from rl_design_space.plan.study import Study
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.graded_table import DEFINITIONS, Measured
 from rl_design_space.report.grading import GRADES, Grading
@@ -25,6 +24,7 @@ from rl_design_space.report.quality_map import QualityMap, as_measured, schedule
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.scenario import Scenario
 from rl_design_space.report.state_space import StateSpace
+from tests.points import shipped_study
 from tests.report.readers import LearningReader, unpadded
 
 #: Tables 1 and 3 of the paper: situation information, aliasing, implementability, size, generalisation; speed, quality,
@@ -43,8 +43,7 @@ TABLE_2 = {
 
 
 def shipped(name: str, *overrides: str) -> Study:
-    with shipped_config():
-        return load_study(name, overrides)
+    return shipped_study(name, *overrides)
 
 
 # Grades.

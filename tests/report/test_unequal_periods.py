@@ -11,15 +11,14 @@ import pandas as pd
 import pytest
 
 from rl_design_space.analysis.statistics import mean_estimate
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.plan.plan import Plan
-from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report import Best, Compare, Curves, Heatmap, Importance
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.runs import Runs
 from rl_design_space.tracking.tracker import StoredRun, enough_periods
+from tests.points import planning
 from tests.report.readers import LearningReader
 
 SWEEP = [
@@ -53,8 +52,8 @@ class AskingReader(LearningReader):
 
 @pytest.fixture(scope="module")
 def plan() -> Plan:
-    with shipped_config():
-        return plan_overrides(SWEEP, Planner())
+    with planning() as planner:
+        return plan_overrides(SWEEP, planner)
 
 
 @pytest.fixture(scope="module")

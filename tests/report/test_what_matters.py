@@ -15,11 +15,11 @@ from rl_design_space.commands import figure_words as command
 from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import LearningCurves, simulate
-from rl_design_space.plan.planner import plan_point
 from rl_design_space.report import Best, Heatmap, Importance, Interactions, Profile
 from rl_design_space.report.base import MAIN, Report
 from rl_design_space.report.designs import Designs
 from rl_design_space.report.runs import Runs
+from tests.points import planned_point
 from tests.tracking.stores import copy_database, options, record, tracker_at
 
 SIZE = ("task.trials=6", "world.size=4", "exploration=linear")
@@ -28,7 +28,7 @@ PERIODS = 12
 
 
 def learn(*overrides: str) -> LearningCurves:
-    return simulate(plan_point([*SIZE, *overrides]).point, threads=1)
+    return simulate(planned_point([*SIZE, *overrides]).point, threads=1)
 
 
 #: By representation, slope, reward: two seeds of each design; of one design more periods.
@@ -48,7 +48,7 @@ def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> P
     tracker = tracker_at(folder / "mlflow.db")
     for (name, k, reward, seed), curves in LEARNED.items():
         overrides = [f"representation={name}", f"exploration.k={k}", f"reward={reward}", f"seed={seed}"]
-        planned = plan_point([*SIZE, *overrides, f"task.periods={len(curves.steps)}"])
+        planned = planned_point([*SIZE, *overrides, f"task.periods={len(curves.steps)}"])
         record(tracker, replace(planned, studies=("mine",)), curves)
     return folder
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 from rl_design_space.learning import LearningCurves, simulate
 from rl_design_space.plan.plan import Plan, PlannedPoint
-from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking import MlflowTracking
 from rl_design_space.tracking.delivery import deliver_all
 from rl_design_space.tracking.mlflow_tracker import MlflowTracker
 from rl_design_space.tracking.spool import Spool
 from rl_design_space.tracking.tracker import DeliveryStatus, StoredRun
+from tests.points import planned_point
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -107,5 +107,5 @@ def copy_database(source: Path, target: Path) -> None:
 
 def learned(*overrides: str) -> tuple[PlannedPoint, LearningCurves]:
     """Return a tiny point and its result."""
-    planned = plan_point([*TINY, *overrides])
+    planned = planned_point([*TINY, *overrides])
     return planned, simulate(planned.point, threads=1)

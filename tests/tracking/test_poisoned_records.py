@@ -70,7 +70,7 @@ def scratch(tmp_path_factory: pytest.TempPathFactory) -> Spool:
     return Spool.of(tmp_path_factory.mktemp("spool"), StoreAddress("sqlite:////srv/mlflow.db", "points", "sweeps"))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(header=poisoned_headers())
 def test_a_record_is_read_or_corrupted(scratch: Spool, header: dict[str, Any]):
     write(scratch, POINT.name, poisoned(header))
@@ -78,7 +78,7 @@ def test_a_record_is_read_or_corrupted(scratch: Spool, header: dict[str, Any]):
         content_of(checked(scratch.read(POINT.name)))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(at=st.integers(0, len(RESULT) - 1), flip=st.integers(1, 255), cut=st.booleans())
 def test_a_result_is_read_or_corrupted(at: int, flip: int, cut: bool):
     result = bytearray(RESULT)

@@ -9,12 +9,12 @@ import pytest
 
 from rl_design_space.learning import simulate
 from rl_design_space.plan.plan import PlannedPoint
-from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking import server
 from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.found_run import FoundRun
 from rl_design_space.tracking.record import params
 from rl_design_space.tracking.tracker import Enough
+from tests.points import planned_point
 from tests.tracking.stores import TINY, learned, runs, tracker_at, undelivered_tracker_at
 
 ASKING = (*TINY, "task.precision=0.3", "task.periods_at_most=40")
@@ -22,7 +22,7 @@ ASKING = (*TINY, "task.precision=0.3", "task.periods_at_most=40")
 
 @pytest.fixture(scope="module")
 def asking() -> PlannedPoint:
-    return plan_point(ASKING)
+    return planned_point(ASKING)
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +60,7 @@ def test_two_points_may_need_the_same_number_of_periods(
     periods = len(curves.steps)
     fixed, _ = learned(f"task.periods={periods}")
     tracker.record(fixed, curves)
-    also = plan_point([*ASKING, "task.periods_at_most=41"])
+    also = planned_point([*ASKING, "task.periods_at_most=41"])
     for planned in (asking, also):
         tracker.record(planned, curves)
     found = tracker.finished([asking.fingerprint, also.fingerprint, fixed.fingerprint])
@@ -74,7 +74,7 @@ def test_two_points_may_need_the_same_number_of_periods(
 
 
 def test_points_of_one_batch_may_need_the_same_number_of_periods(asking: PlannedPoint, curves, database: Path, client):
-    pending, also = undelivered_tracker_at(database), plan_point([*ASKING, "task.periods_at_most=41"])
+    pending, also = undelivered_tracker_at(database), planned_point([*ASKING, "task.periods_at_most=41"])
     for planned in (asking, also):
         pending.record(planned, curves)
     assert pending.finished([also.fingerprint])[also.fingerprint].enough == Enough(len(curves.steps), True)
@@ -86,7 +86,7 @@ def test_points_of_one_batch_may_need_the_same_number_of_periods(asking: Planned
 
 
 def test_a_precision_that_is_not_reached(tracker):
-    planned = plan_point([*TINY, "task.precision=0.001", "task.periods_at_most=5"])
+    planned = planned_point([*TINY, "task.precision=0.001", "task.periods_at_most=5"])
     tracker.record(planned, simulate(planned.point, threads=1))
     assert tracker.finished([planned.fingerprint])[planned.fingerprint].enough == Enough(5, False)
 

@@ -21,10 +21,10 @@ from rl_design_space.learning import LearningCurves
 from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND, FINAL_TRIALS
 from rl_design_space.learning.result import read_saved
 from rl_design_space.plan.plan import PlannedPoint
-from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking import content
 from rl_design_space.tracking.tracker import StoredRun
 from tests.command_runner import output_of
+from tests.points import planned_point
 from tests.tracking.stores import learned, tracker_at
 from tests.tracking.stores import record as record_point
 
@@ -89,7 +89,7 @@ def test_params_are_flat_and_named_as_on_the_command_line(recorded: Recorded):
 
 
 def test_the_params_of_a_run_are_the_overrides_of_its_point(recorded: Recorded):
-    again = plan_point([f"{name}={value}" for name, value in recorded.run.data.params.items()])
+    again = planned_point([f"{name}={value}" for name, value in recorded.run.data.params.items()])
     assert again.fingerprint == recorded.planned.fingerprint
 
 

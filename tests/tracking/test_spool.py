@@ -56,7 +56,7 @@ def test_a_record_is_read_as_it_was_written(spool: Spool, record: Record):
     assert spool.pending() == []
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300, deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=100, deadline=None)
 @given(record=RECORDS, at=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255), cut=st.booleans())
 def test_corruption_is_detected(spool: Spool, record: Record, at: float, flip: int, cut: bool):
     spool.write(record)

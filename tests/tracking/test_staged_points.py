@@ -19,6 +19,7 @@ from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking.content import content_of
 from rl_design_space.tracking.load import load_runs
 from rl_design_space.tracking.record import params, point_record, result_of
+from tests.points import planned_point
 from tests.tracking.stores import learned, tracker_at
 from tests.tracking.stores import record as record_point
 
@@ -100,13 +101,13 @@ def test_curves_run_on_and_the_file_of_a_result_holds_its_stages():
 
 def test_points_without_stages_have_the_params_that_they_had():
     for overrides in ((), ("curriculum=coarse_to_fine", "curriculum.sizes=[]")):
-        planned = plan_point(overrides)
+        planned = planned_point(overrides)
         assert not [name for name in params(planned) if "curriculum" in name]
         assert "curriculum" not in resolved_config(planned.point)
 
 
 def test_a_sweep_over_curricula_counts_the_points_without():
-    plan = Plan([plan_point(["curriculum=zero_shot"]), plan_point()])
+    plan = Plan([planned_point(["curriculum=zero_shot"]), planned_point()])
     assert plan.axes == {"curriculum": {"zero_shot": 1, "none": 1}}
 
 
@@ -125,12 +126,12 @@ def test_a_sweep_over_curricula_counts_the_points_without():
 )
 def test_a_stage_that_cannot_be_used_is_refused_with_its_number(override: str, message: str):
     with pytest.raises(ConfigError) as caught:
-        plan_point([override])
+        planned_point([override])
     assert message in str(caught.value)
 
 
 def test_stages_are_one_value_however_they_are_written():
-    written = plan_point(["curriculum.stages=[{exploration.epsilon: 0, exploration: constant},{layout: new}]"])
+    written = planned_point(["curriculum.stages=[{exploration.epsilon: 0, exploration: constant},{layout: new}]"])
     assert written.point.curriculum == Stages(
         stages=(Stage(changes={"exploration": Constant(epsilon=0.0)}), Stage(layout="new"))
     )

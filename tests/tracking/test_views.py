@@ -12,13 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning.measures import CURVES, SCALARS
 from rl_design_space.plan.plan import Plan, PlannedPoint
-from rl_design_space.plan.planner import plan_point
-from rl_design_space.plan.study import load_study
 from rl_design_space.tracking.view_state import KIND, VIEW_TAG
 from rl_design_space.tracking.views import link, points_tags, points_view, study_view, sweeps_tags, sweeps_view
+from tests.points import planned_point, shipped_study
 from tests.tracking.stores import learned, tracker_at
 
 CREATED = 1_700_000_000_000
@@ -159,9 +157,9 @@ def test_groups_are_few_and_parallel_coordinates_show_all_runs(axes: dict[str, d
 
 def test_each_study_of_a_plan_has_the_axes_of_its_own_points():
     points = [
-        replace(plan_point(["representation=ad_hoc"]), studies=("a", "b")),
-        replace(plan_point(["representation=direction"]), studies=("a",)),
-        replace(plan_point(["world.size=20"]), studies=("b",)),
+        replace(planned_point(["representation=ad_hoc"]), studies=("a", "b")),
+        replace(planned_point(["representation=direction"]), studies=("a",)),
+        replace(planned_point(["world.size=20"]), studies=("b",)),
     ]
     views = views_of(Plan(points, studies=("a", "b")))
     columns = {key: state["selectedColumns"] for key, state in views.items()}
@@ -175,8 +173,7 @@ def test_each_study_of_a_plan_has_the_axes_of_its_own_points():
 def test_mlflow_accepts_the_view_of_the_largest_study():
     from mlflow.utils.validation import MAX_EXPERIMENT_TAG_VAL_LENGTH
 
-    with shipped_config():
-        plan = load_study("paper", []).plan
+    plan = shipped_study("paper").plan
     assert len(plan) > 400
     views = points_tags(plan, CREATED)
     keys = ("points", *(f"study.{study}" for study in plan.studies))
@@ -187,14 +184,14 @@ def test_mlflow_accepts_the_view_of_the_largest_study():
 def test_mlflow_accepts_the_view_of_a_study_of_all_parameters():
     from mlflow.utils.validation import MAX_EXPERIMENT_TAG_VAL_LENGTH
 
-    names = [name for option in ("linear", "sigmoidal") for name in plan_point([f"exploration={option}"]).parameters]
+    names = [name for option in ("linear", "sigmoidal") for name in planned_point([f"exploration={option}"]).parameters]
     assert len(names) > 50
     _, text = study_view("all", {name: dict.fromkeys(map(str, range(10_000)), 1) for name in names}, CREATED)
     assert len(text) < MAX_EXPERIMENT_TAG_VAL_LENGTH
 
 
 def test_a_shard_has_the_view_of_the_whole_plan():
-    one = plan_point([])
+    one = planned_point([])
     points = [
         PlannedPoint.of(replace(one.point, seed=seed), one.options, (f"seed={seed}",), ("a",)) for seed in range(120)
     ]

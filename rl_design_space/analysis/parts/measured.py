@@ -5,7 +5,7 @@ The unit is the period. Points of equal size have the same layouts, so all of th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -43,6 +43,8 @@ Weights: TypeAlias = FloatArray | Resamples
 def measured(name: str, recorded: LearningCurves, weights: Weights) -> Bounds:
     """Return a measure of a point under each weighting of the periods.
 
+    Under resamples it is computed once for each result, because several parts of claims ask for it.
+
     Raises:
         ConfigError: the weights are those of points with another number of periods.
         LookupError: the point has too few trials for this measure, as in a quick look.
@@ -54,7 +56,16 @@ def measured(name: str, recorded: LearningCurves, weights: Weights) -> Bounds:
         )
     if not has_trials(name, recorded):
         raise LookupError(f"{name}: there are only {recorded.steps.shape[1]} trials")
-    blocks = weights.blocks() if isinstance(weights, Resamples) else [weights]
+    if not isinstance(weights, Resamples):
+        return _bounds(name, recorded, [weights])
+    key = name, weights
+    if key not in recorded.computed:
+        recorded.computed[key] = _bounds(name, recorded, weights.blocks())
+    found: Bounds = recorded.computed[key]
+    return found
+
+
+def _bounds(name: str, recorded: LearningCurves, blocks: Iterable[FloatArray]) -> Bounds:
     each = [Censored.of(measure(name), recorded, block) for block in blocks] or [_NOTHING]
     found = each[0] if len(each) == 1 else Censored.joined(each)
     samples = found.values

@@ -88,10 +88,10 @@ def _texts(kind: str, name: str, folder: Path) -> dict[Path, str]:
     words = {"kind": group, "name": name, "class": _class_name(name), "conf": folder.name}
     words["needs"] = ', "representation=direction"' if kind == "actions" else ""
     files = {folder / group / f"{name}.yaml": f"{kind}.yaml"}
-    if kind == "study":
-        files[_test(kind, name, folder)] = "test_study.py"
-    else:
-        files = {folder.parent / f"{name}.py": f"{kind}.py", **files, _test(kind, name, folder): "test_component.py"}
+    test = f"test_{kind}.py" if (_TEMPLATES / f"test_{kind}.py.jinja").is_file() else "test_component.py"
+    if kind != "study":
+        files = {folder.parent / f"{name}.py": f"{kind}.py", **files}
+    files[_test(kind, name, folder)] = test
     return {path: templates.get_template(f"{source}.jinja").render(words) for path, source in files.items()}
 
 
