@@ -30,6 +30,8 @@ from rl_design_space.design import (
     Aggregated,
     AttributedRepresentation,
     CarryRule,
+    ClosedLoop,
+    Counters,
     Curriculum,
     DesignPoint,
     Direct,
@@ -43,6 +45,7 @@ from rl_design_space.design import (
     Slip,
     Stage,
     StochasticWorld,
+    TabularLearner,
     Task,
     Torus,
     TransitionReward,
@@ -62,6 +65,7 @@ __all__ = [
     "check_carry",
     "check_curriculum",
     "check_exploration",
+    "check_learner",
     "check_msa",
     "check_representation",
     "check_reward",
@@ -73,6 +77,12 @@ _WORLDS: tuple[World, ...] = (Torus(size=4), Torus(size=(5, 3)), Walled(size=(2,
 _TRIALS = (1, 2, 7, 100)
 #: Representations that show much, little, and nothing of the goals.
 _SIGHTED: tuple[Representation, ...] = (Direct(), Direction(), Direction(goals="all"), AdHoc())
+#: What a closed loop is asked, and a task that is learned in no time.
+_COUNTERS = tuple(
+    Counters(trial, level, successes, succeeded, 50, error)
+    for trial, level, successes, succeeded, error in ((1, 1.0, 0, 0, 3.0), (1, 0.9, 1, 1, 0.0), (9, 0.1, 5, 0, 1e6))
+)
+_SHORT = Task(goals=2, trials=10, periods=2, max_steps=200)
 #: Number of goals whose offsets are checked: all cells of a small world, a sample of a large one.
 _MOST_GOALS = 64
 
@@ -144,6 +154,30 @@ def check_exploration(exploration: Exploration) -> None:
     for trials in _TRIALS:
         point = DesignPoint(exploration=exploration, task=Task(trials=trials))
         _repeatable(f"schedule({trials})", partial(checked.epsilons, point))
+    if isinstance(exploration, ClosedLoop):
+        for counters in _COUNTERS:
+            epsilon = exploration.rule(counters, exploration.parameters)
+            _expect(0 <= epsilon <= 1, f"rule() must give ε from 0 to 1, but gives {epsilon} after {counters}")
+        _learned(DesignPoint(exploration=exploration, world=Torus(size=4), task=_SHORT))
+
+
+def check_learner(learner: TabularLearner) -> None:
+    """Check that a learner is compiled, learns the same at every call, and keeps all values finite."""
+    _check_value(learner, TabularLearner)
+    _learned(DesignPoint(learner=learner, world=Torus(size=4), task=_SHORT))
+
+
+def _learned(point: DesignPoint) -> None:
+    """Check that a point is learned twice with the same result, and with finite values."""
+    from rl_design_space.learning import simulate  # imports Numba
+
+    try:
+        one, again = (simulate(point, threads=1, keep=["q"]) for _ in range(2))
+    except ConfigError as error:
+        raise AssertionError(str(error)) from error
+    _expect(np.array_equal(one.steps, again.steps), "it must learn the same at every call")
+    finite = all(np.isfinite(period.q).all() for period in one.inside.values() if period.q is not None)
+    _expect(finite, "Q-values must stay finite")
 
 
 def check_reward(reward: Reward) -> None:

@@ -176,7 +176,7 @@ def learn(point: DesignPoint) -> list[Period]:
 def _play_trial(point, layout, codes, actions, q, epsilon, generator, errors):
     cell, *goals = layout
     cap = point.task.max_steps
-    step_of, reward_of = _steps_of(point), _rewards_of(point, goals)
+    step_of, reward_of = steps_of(point), rewards_of(point, goals)
     reached = moves = 0
     while reached < len(goals) and moves < cap:
         state = codes[reached][cell]
@@ -231,7 +231,7 @@ def choose(values, epsilon, word, learner):
     return others[rest * len(others) // HALF]
 
 
-def _steps_of(point):
+def steps_of(point):
     """What makes a step: it returns the cell that the step leads to, and which of its outcomes that is."""
     next_cell = point.world.next_cell().tolist()
     if not isinstance(point.world, StochasticWorld):
@@ -256,7 +256,7 @@ def _steps_of(point):
     return step_of
 
 
-def _rewards_of(point, goals):
+def rewards_of(point, goals):
     """What a step from a state earns, by its outcome and the cell that it leads to."""
     world, reward, gamma = point.world, point.reward, point.learner.gamma
     more = reward.by_transition(world, np.array(goals)) if isinstance(reward, TransitionReward) else None

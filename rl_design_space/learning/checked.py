@@ -15,6 +15,7 @@ from rl_design_space.design import (
     PortableRepresentation,
     Scene,
     cell_count,
+    level_of,
     open_cells,
 )
 from rl_design_space.design.identity import full_name, function_name
@@ -49,14 +50,15 @@ def places(point: DesignPoint) -> NDArray[np.int32]:
 
 
 def epsilons(point: DesignPoint) -> FloatArray:
-    """Return the exploration schedule: (trials,) float64, probability of exploring.
+    """Return the exploration schedule: (trials,) float64, probability of exploring, or another level.
 
     Raises:
         ConfigError: the schedule is of the wrong length, type or range.
     """
     trials = point.task.trials
     schedule = point.exploration.schedule(trials)
-    return checked_table("exploration", point.exploration, "schedule", schedule, (trials,), np.float64, 0, 1)
+    low, high = {"epsilon": (0, 1), "temperature": (1e-6, 1e6), "bonus": (0, 1e6)}[level_of(point.exploration)]
+    return checked_table("exploration", point.exploration, "schedule", schedule, (trials,), np.float64, low, high)
 
 
 def rewards(point: DesignPoint) -> FloatArray:

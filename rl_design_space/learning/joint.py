@@ -102,7 +102,7 @@ class JointLearning(ABC):
         if (
             first >= self._periods
             or not np.array_equal(begun.optimum, optimum[:first])
-            or not np.array_equal(begun.epsilon, epsilon)
+            or not np.array_equal(begun.epsilon, epsilon, equal_nan=True)
         ):
             raise ValueError(
                 f"begun: a result of {first} periods of {trials} trials, which are not the first periods of this point"

@@ -33,6 +33,7 @@ from rl_design_space.learning.lanes import (
 )
 from rl_design_space.learning.moving import move_on, move_once, powers, sort_by_length
 from rl_design_space.learning.periods import begin_period, begin_trial, end_period, swap
+from rl_design_space.learning.sequential.periods import learn_in_sequence
 from rl_design_space.learning.td_errors import add_errors, note_states, places_for_states
 from rl_design_space.learning.updating import keep, propagate, update
 
@@ -60,9 +61,9 @@ class Rules(NamedTuple):
 
 
 @compiled_and_kept
-def learn(
+def learn(  # noqa: C901 (branches on `table`, `errors` and `method` are compiled away)
     next_cell, limits, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success, rows,
-    table, errors, chance, earnings,
+    table, errors, chance, earnings, method,
 ):  # fmt: skip
     """Learn periods, as many side by side as there are lanes.
 
@@ -91,6 +92,8 @@ def learn(
         chance: what steps may lead to, see `Chance`. None if that is certain; then nothing is drawn for it.
         earnings: (taken, n_goals · cells · width · k) float64, rewards of the periods to begin, by state, step and
             outcome, see `Pay`. None if rewards depend on the kind of cell alone.
+        method: the learner, its behaviour and its step sizes, see `sequential.method.Method`: then all periods are
+            learned by this call, one after the other. None for Q-learning with constant α and ε-greedy behaviour.
     """
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
@@ -99,6 +102,12 @@ def learn(
     limit_of = np.array(limits)
     discounts = powers(rules.gamma, max(limits))
     reward_of = np.array((rules.step_reward, rules.out_of_order_reward, rules.sub_goal_reward, rules.final_goal_reward))
+    if method is not None:
+        learn_in_sequence(
+            next_of, limits, rules, reward_of, observation, first, layout, generator, lanes, steps, success, rows,
+            table, chance, earnings, method,
+        )  # fmt: skip
+        return
     numbers, reals, values, q, entries = (
         lanes.numbers,
         lanes.reals,

@@ -6,10 +6,7 @@ trial with those of the kernel.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from rl_design_space.learning.action_tables import move_by_table, propagate_by_table, step_table
 from rl_design_space.learning.behaviour import choose, draw
@@ -34,22 +31,6 @@ from rl_design_space.learning.periods import begin_period, begin_trial
 from rl_design_space.learning.updating import keep, propagate, update
 
 _32 = index(32)
-
-
-class Path(NamedTuple):
-    """The way of the agent in one trial of k steps.
-
-    Attributes:
-        cells: (k + 1,) int32, from the start to the final goal, or to where the step cap ended the trial.
-        counters: (k + 1,) int32, success counter in each of these states; the number of goals at the final goal.
-        actions: (k,) int32, the action that each step belongs to.
-        explored: (k,) bool, whether the action was an exploratory one.
-    """
-
-    cells: NDArray[np.int32]
-    counters: NDArray[np.int32]
-    actions: NDArray[np.int32]
-    explored: NDArray[np.bool_]
 
 
 @compiled

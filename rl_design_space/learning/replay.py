@@ -19,7 +19,8 @@ from rl_design_space.learning.lanes import Lanes, empty_lanes, row_width
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import available_memory
 from rl_design_space.learning.optimum import optimal_steps
-from rl_design_space.learning.recording import Path, record
+from rl_design_space.learning.recording import record
+from rl_design_space.learning.sequential.method import Notes, Path
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import Tables, learning_tables
 
@@ -138,7 +139,8 @@ class Replayer:
         steps, success = np.empty((1, task.trials), dtype=np.int32), np.empty((1, task.trials), dtype=np.bool_)
         rows = np.empty((1, 2), dtype=np.int32)
         common = (tables.next_cell, tables.limits, tables.threshold, tables.rules, codes)
-        learn(*common, 0, layout, generator, lanes, True, steps, success, rows, table, None, tables.chance, paid)
+        running, what = (0, layout, generator, lanes, True), (table, None, tables.chance, paid)
+        learn(*common, *running, steps, success, rows, *what, tables.method)
 
         # Its number of rows and of steps is known now.
         row = _rows(codes[0])
@@ -149,9 +151,15 @@ class Replayer:
         history = np.empty((history_trials, *q_shape))
         numbers, explored = np.empty((3, places), dtype=np.int32), np.zeros(places, dtype=np.bool_)
         trail = Path(numbers[0], numbers[1], numbers[2], explored)
-        again, succeeded = np.empty_like(steps[0]), np.empty_like(success[0])
-        record(*common, layout, generator, lanes, history, trail, again, succeeded, table, tables.chance, paid)
-        if not (np.array_equal(again, steps[0]) and np.array_equal(succeeded, success[0])):
+        again, succeeded = np.empty_like(steps), np.empty_like(success)
+        if tables.method is None:
+            record(
+                *common, layout, generator, lanes, history, trail, again[0], succeeded[0], table, tables.chance, paid
+            )
+        else:
+            noted = tables.method._replace(notes=Notes(trail, history))
+            learn(*common, *running, again, succeeded, rows, *what, noted)
+        if not (np.array_equal(again, steps) and np.array_equal(succeeded, success)):
             raise RuntimeError(f"period {period}: learned again, it took other steps; this is a bug")
         states = (trail.counters * codes.shape[2] + trail.cells)[trail.counters < task.goals]
         visits = np.bincount(states, minlength=observations).reshape(codes.shape[1:])

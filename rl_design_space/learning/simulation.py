@@ -187,7 +187,7 @@ class Learning(JointLearning):
         learn(
             tables.next_cell, tables.limits, tables.threshold, tables.rules, codes, first, self._layouts,
             self._generator, lanes, drain, self._steps, self._success, self._rows, table, None,
-            tables.chance, paid,
+            tables.chance, paid, tables.method,
         )  # fmt: skip
 
 

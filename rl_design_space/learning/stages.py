@@ -208,7 +208,7 @@ class _Played:
 
     def begin_anew(self) -> None:
         """Begin with initial values."""
-        self._kept = np.full((len(self._codes), self._stage.values), self._stage.point.learner.initial_q)
+        self._kept = np.full((len(self._codes), self._stage.values), self._stage.tables.rules.initial_q)
 
     def begin_where_ended(self, before: _Played) -> None:
         """Begin with the Q-matrices that a stage of equal observations has ended with."""
@@ -220,7 +220,7 @@ class _Played:
         stage = self._stage
         self._kept = np.empty((len(self._codes), stage.values))
         remember(memory, before._codes, before._rows, before._kept, stage.width)
-        initial_q = stage.point.learner.initial_q
+        initial_q = stage.tables.rules.initial_q
         recall(memory, self._codes, self._rows, initial_q, stage.width, self._kept, self._carried)
 
     def begin_with_ancestors(self, before: _Played) -> None:
@@ -232,7 +232,7 @@ class _Played:
             rule = same_place if isinstance(stage.carry, str) else stage.carry
             found = ancestors(rule, *scenes) if batch.stop else self._codes
             inherit(
-                found, batch.start, before._rows, before._kept, self._rows, stage.point.learner.initial_q,
+                found, batch.start, before._rows, before._kept, self._rows, stage.tables.rules.initial_q,
                 stage.width, self._kept, self._carried,
             )  # fmt: skip
 
@@ -258,7 +258,7 @@ class _Played:
         learn(
             tables.next_cell, tables.limits, tables.threshold, tables.rules, self._codes, 0, self._layouts, generator,
             running, True, stage.steps[share], stage.success[share], stage.rows[share], self._table(),
-            self._errors if stage.collects else None, tables.chance, paid,
+            self._errors if stage.collects else None, tables.chance, paid, tables.method,
         )  # fmt: skip
 
     def _table(self) -> ActionTable | None:

@@ -79,12 +79,14 @@ def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
     paid = earnings(point, tables, layout[np.newaxis, 1:])
     played = _learn(
         tables.next_cell, codes, layout, tables.threshold, tables.limits, tables.rules, state, table, tables.chance,
-        paid,
+        paid, tables.method,
     )  # fmt: skip
     return played, np.unique(codes)
 
 
-def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None, chance=None, paid=None) -> Play:
+def _learn(
+    next_cell, codes, layout, threshold, limits, rules, state, table=None, chance=None, paid=None, method=None
+) -> Play:
     # Read-only or not as in a simulation: the kernel would be compiled again for other types.
     generator, layout = np.array([state], dtype=np.uint64), np.array([layout], dtype=np.int32)
     generator.setflags(write=False)
@@ -97,7 +99,7 @@ def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None
     rows = np.empty((1, 2), dtype=np.int32)
     learn(
         next_cell, limits, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows, table,
-        None, chance, paid,
+        None, chance, paid, method,
     )  # fmt: skip
     # The learner numbers rows as their codes occur; here they go by the codes' values.
     _, occurs = np.unique(codes, return_index=True)

@@ -13,7 +13,9 @@ from rl_design_space.design import (
     Direct,
     Direction,
     MultiStepActions,
+    NStep,
     Outcomes,
+    Sarsa,
     ShapedReward,
     Slip,
     Stage,
@@ -27,6 +29,7 @@ from rl_design_space.learning import simulate
 from rl_design_space.learning.checked import outcomes
 from rl_design_space.learning.replay import Replayer
 from tests.learning.test_against_reference import assert_same_curves, assert_same_q_matrix
+from tests.learning.test_learners import assert_agrees as assert_learner_agrees
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,6 +73,11 @@ POINTS = {
 def test_the_reference_learner_agrees_bit_for_bit(name: str):
     assert_same_curves(POINTS[name])
     assert_same_q_matrix(POINTS[name])
+
+
+@pytest.mark.parametrize("learner", [Sarsa(), NStep(n=3, backup="tree")], ids=["sarsa", "tree backup"])
+def test_other_learners_agree_with_the_plain_one(learner):
+    assert_learner_agrees(replace(POINT, task=replace(POINT.task, periods=3), learner=learner))
 
 
 def test_a_period_does_not_depend_on_the_others():
