@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.snapshot import Snapshot, edges_of
 from rl_design_space.design import MOVES, WAIT
+from rl_design_space.learning.optimum import needed
 from rl_design_space.learning.replay import Replay
 from rl_design_space.report.inside.grid import Grid
 from rl_design_space.report.style import VERMILION, styled, write_in_full
@@ -200,7 +201,7 @@ def value_norm(shown: tuple[Snapshot, ...]) -> TwoSlopeNorm:
 def told(inside: Replay, snapshot: Snapshot) -> str:
     """Return a snapshot in words."""
     if snapshot.success:
-        end = f"{snapshot.steps:,} steps, at least {inside.optimum} needed"
+        end = f"{snapshot.steps:,} steps, {needed(inside.optimum)}"
     else:
         reached = int(snapshot.path.counters[-1])
         end = f"failed after {snapshot.steps:,} steps, {reached} of {len(inside.goals)} goals reached"
