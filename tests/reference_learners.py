@@ -279,7 +279,7 @@ def initial_q(point: DesignPoint) -> float:
 
 def _play_trial(agent: Agent, layout, codes) -> tuple[int, bool, float]:
     point, (cell, *goals) = agent.point, layout
-    next_cell = point.world.next_cell().tolist()
+    step_of, reward_of = reference.steps_of(point), reference.rewards_of(point, goals)
     chooses_first = isinstance(point.learner, design.Sarsa) or (
         isinstance(point.learner, design.NStep) and point.learner.backup == "sarsa"
     )
@@ -288,8 +288,8 @@ def _play_trial(agent: Agent, layout, codes) -> tuple[int, bool, float]:
     state = codes[0][cell]
     action = agent.choose(state)
     while True:
-        cell = next_cell[action][cell]
-        reward = reference._reward(point, cell, goals, reached)
+        before, (cell, outcome) = cell, step_of(action, cell, agent.generator)
+        reward = reward_of(reached, action, before, outcome, cell)
         reached += cell == goals[reached]
         solved = reached == len(goals)
         following = None if solved else codes[reached][cell]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import shlex
 import sys
@@ -10,6 +11,9 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
+from rl_design_space import contracts
+from rl_design_space.design import DesignPoint
+from rl_design_space.learning import checked
 from tests.command_runner import Completed, completed
 from tests.tracking.stores import copy_database
 
@@ -74,6 +78,21 @@ def test_the_examples_of_the_page_are_swept_beside_built_in_options(kinds: list[
     assert done.stderr == ""
 
 
+def test_the_examples_with_chance_and_with_a_potential_keep_their_contracts(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.syspath_prepend(str(folder))
+    ice, lantern = importlib.import_module("ice"), importlib.import_module("lantern")
+    world = ice.Ice(rows=("...#..", ".....#"), columns=(1, 4))
+    contracts.check_world(world)
+    contracts.check_reward(lantern.Lantern())
+    outcomes = checked.outcomes(DesignPoint(world=world))
+    assert outcomes is not None
+    assert outcomes.probabilities[0, :, 0].tolist() == [1.0, 0.8, 1.0, 1.0, 0.8, 1.0] * 2
+    for name in ("maze", "ice", "lantern"):
+        sys.modules.pop(name)
+
+
 def test_the_contract_test_of_the_page_passes(folder: Path):
     assert (
         "1 passed"
@@ -82,7 +101,6 @@ def test_the_contract_test_of_the_page_passes(folder: Path):
 
 
 def test_the_checks_and_kinds_that_the_page_names_exist():
-    from rl_design_space import contracts
     from rl_design_space.commands.words.new import KINDS as MADE
 
     assert set(re.findall(r"`(check_\w+)`", PAGE)) == {name for name in vars(contracts) if name.startswith("check_")}

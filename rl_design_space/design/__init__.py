@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rl_design_space.design.actions import *
 from rl_design_space.design.adaptive import *
 from rl_design_space.design.aggregated import *
+from rl_design_space.design.chance import *
 from rl_design_space.design.controllers import *
 from rl_design_space.design.curriculum import *
 from rl_design_space.design.double_q import *

@@ -19,7 +19,7 @@ from rl_design_space.design.learner import QLearning, TabularLearner
 from rl_design_space.design.msa import MultiStepActions
 from rl_design_space.design.observing import FittedRepresentation, Representation
 from rl_design_space.design.representation import AdHoc
-from rl_design_space.design.reward import GoalReward, Reward
+from rl_design_space.design.reward import GoalReward, PotentialReward, Reward, TransitionReward
 from rl_design_space.design.task import Task
 from rl_design_space.design.world import MOVES, Torus, World, cell_count
 
@@ -92,6 +92,11 @@ class DesignPoint:
             raise ValueError(
                 f"task.goals={self.task.goals}: with {cells} cells and these actions a period may need a Q-matrix of "
                 f"{values} values; at most {_MOST_VALUES} can be learned"
+            )
+        if self.msa.reward == "printed" and isinstance(self.reward, (PotentialReward, TransitionReward)):
+            raise ValueError(
+                "msa.reward=printed: the return as printed takes the reward of the first step for that of all steps, "
+                "so it cannot be used with rewards that depend on the state; use msa.reward=realised"
             )
         if isinstance(self.representation, FittedRepresentation):
             self.representation.check(self.world, self.task.goals)

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import ClosedLoop, DesignPoint, QLearning, level_of
+from rl_design_space.design import ClosedLoop, DesignPoint, Outcomes, QLearning, level_of
 from rl_design_space.learning.behaviour import COIN_SIDES
+from rl_design_space.learning.chance import Chance, chance_of
 from rl_design_space.learning.checked import action_table as action_table
 from rl_design_space.learning.checked import behaviour_of as behaviour_of
-from rl_design_space.learning.checked import epsilons, limits, rewards, transitions
+from rl_design_space.learning.checked import epsilons, limits, outcomes, rewards, transitions
 from rl_design_space.learning.checked import observation_codes as observation_codes
 from rl_design_space.learning.initial import initial_value
 from rl_design_space.learning.kernel import Rules
@@ -29,6 +30,8 @@ class Tables(NamedTuple):
         threshold: (trials,) uint64, epsilon · 2^32.
         limits: the most steps of each action.
         rules: parameters of the learner, and rewards.
+        outcomes: what steps may lead to; None if there is no chance in it.
+        chance: the same as the kernel reads it.
         method: learner, behaviour and step sizes; None for Q-learning with constant α and ε-greedy behaviour.
     """
 
@@ -37,7 +40,14 @@ class Tables(NamedTuple):
     threshold: NDArray[np.uint64]
     limits: tuple[int, ...]
     rules: Rules
-    method: Method | None
+    method: Method | None = None
+    outcomes: Outcomes | None = None
+    chance: Chance | None = None
+
+    @property
+    def n_outcomes(self) -> int:
+        """The most outcomes of a step."""
+        return 1 if self.outcomes is None else self.outcomes.cells.shape[-1]
 
 
 def learning_tables(point: DesignPoint) -> Tables:
@@ -52,7 +62,17 @@ def learning_tables(point: DesignPoint) -> Tables:
     epsilon = levels if scheduled else np.full(len(levels), np.nan)
     threshold = np.rint(np.nan_to_num(epsilon) * COIN_SIDES).astype(np.uint64)
     limit_of, rules = tuple(limits(point).tolist()), _rules(point, rewards(point))
-    return Tables(transitions(point), epsilon, threshold, limit_of, rules, method_of(point, levels))
+    found = outcomes(point)
+    return Tables(
+        transitions(point),
+        epsilon,
+        threshold,
+        limit_of,
+        rules,
+        method_of(point, levels),
+        found,
+        found and chance_of(*found, tabulated=not point.msa.repeats),
+    )
 
 
 def _rules(point: DesignPoint, table: FloatArray) -> Rules:

@@ -15,6 +15,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.analysis.parts.measured import value
 from rl_design_space.analysis.ratios import ratio_of
 from rl_design_space.design import stages_of
 from rl_design_space.report.base import MAIN, Frames, Report, Text
@@ -24,7 +25,7 @@ from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import DASHES, colours, interval, make_logarithmic, styled, tidy
 from rl_design_space.tracking.selection import Where
 
-_MEDIAN = "final_over_optimum,statistic=median"
+_MEAN = "final_over_optimum"
 _COLUMNS = [
     "line", "layouts", "solved", "solved_low", "solved_high", "at_once", "at_once_low", "at_once_high",
     "over_optimum", "over_optimum_median", "saved", "saved_low", "saved_high",
@@ -82,8 +83,8 @@ class TransferCurve(Report):
             for name, measure in used.items():
                 found = runs.estimate(seeds, measure)
                 row |= {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
-            row["over_optimum"] = runs.estimate(seeds, f"final_over_optimum,stage={number}").value
-            row["over_optimum_median"] = runs.estimate(seeds, f"{_MEDIAN},stage={number}").value
+            row["over_optimum"] = value(f"{_MEAN},stage={number}", result)
+            row["over_optimum_median"] = value(f"{_MEAN},stage={number},statistic=median", result)
             if baseline:
                 ratio = ratio_of(f"total_steps,stage={number + 1}", result, baseline)
                 row |= {"saved": 1 - ratio.value, "saved_low": 1 - ratio.high, "saved_high": 1 - ratio.low}

@@ -16,7 +16,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.ratios import ratio_of
+from rl_design_space.analysis.ratios import plain_ratio, ratio_of
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.design import stages_of
@@ -90,7 +90,7 @@ class TransferMap(Report):
             if one and other:
                 ratio = ratio_of(self.value, one, other)
                 value = Estimate(1 - ratio.value, 1 - ratio.high, 1 - ratio.low)
-                median = 1 - ratio_of(f"{self.value},statistic=median", one, other).value
+                median = 1 - plain_ratio(f"{self.value},statistic=median", one, other)
         elif all(point.run for point in seeds):
             found = runs.estimate(seeds, self.value)
             value = Estimate(found.value, found.low, found.high)

@@ -17,7 +17,7 @@ SIZE = "a size is a whole number of at least 2, or two of them, [dx, dy]"
 POINTS = [
     # Unknown names.
     ("representation=ad_hic", ["representation=ad_hic: no such option", "did you mean representation=ad_hoc?"]),
-    ("representation=direc", ["did you mean representation=direct?", "ad_hoc, direct, direction, distance"]),
+    ("representation=direc", ["did you mean representation=direct?", "ad_hoc, aggregated, direct, direction, distance, without"]),
     ("exploration=quadratic", ["exploration=quadratic: no such option", "constant, exponential, linear, sigmoidal"]),
     ("learner=sarsa", ["learner=sarsa: no such option", "there is q_learning"]),
     ("study=tabel4", ["study=tabel4: no such option", "did you mean study=table4?"]),

@@ -122,6 +122,8 @@ def another_value(value: Any, kind: Any) -> Any:
     match value:
         case "same":  # of a size
             return 7
+        case None:  # no probability
+            return 0.5
         case "same_place" | "same_observation":
             return "none"
         case () if kind == tuple[Stage, ...]:

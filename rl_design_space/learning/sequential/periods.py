@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rl_design_space.learning.behaviour import COIN_SIDES, draw
+from rl_design_space.learning.chance import earned, land, pay_of
 from rl_design_space.learning.compiled import compiled, inlined, uncounted
 from rl_design_space.learning.lanes import FINAL_GOAL, KIND, SUB_GOAL, WORD, index, row_width
 from rl_design_space.learning.periods import begin_period, end_period
@@ -26,8 +27,9 @@ _0, _1, _2, _3 = (index(number) for number in range(4))
 
 @compiled
 def learn_in_sequence(
-    next_of, limits, rules, reward_of, observation, first, layout, generator, lanes, steps, success, rows, table, method
-):
+    next_of, limits, rules, reward_of, observation, first, layout, generator, lanes, steps, success, rows, table,
+    chance, earnings, method,
+):  # fmt: skip
     """Learn periods one after the other, all in the first lane; the arguments are those of `kernel.learn`.
 
     Args:
@@ -44,19 +46,22 @@ def learn_in_sequence(
         success: …
         rows: …
         table: …
+        chance: …
+        earnings: …
         method: see `Method`.
     """
-    taken, _, cells = observation.shape
+    taken, n_goals, cells = observation.shape
     n_actions, width = len(limits), row_width(len(limits))
     learner, behaviour, step_sizes = method.learner, method.behaviour, method.step_sizes
     trail, q_after = method.notes.trail, method.notes.q_after
     q, entries = lanes.q[0], lanes.entries[0]
+    pay = pay_of(lanes, earnings, chance, n_goals * cells)
     memory = new_memory(lanes.numbers, q, method, n_actions)
     for begun in range(taken):
         period = first + begun
         codes = observation[begun].ravel()
         layout_of, state = layout[period], generator[period]
-        begin_period(lanes, 0, period, codes, layout_of, state, limits, rules.initial_q, rows, begun, table)
+        begin_period(lanes, 0, period, codes, layout_of, state, limits, rules.initial_q, rows, begun, table, earnings)
         used = rows[period, 0] * width
         begin_learning(learner, memory, used)
         start, level, successes, at = index(layout[period, 0]), behaviour.levels[0], 0, 0
@@ -69,7 +74,7 @@ def learn_in_sequence(
                 level = behaviour.levels[trial]
             made, succeeded, total_error = _play_trial(
                 learner, memory, behaviour, level, rules, limits, step_sizes.alphas[trial], step_sizes.power,
-                next_of, entries, reward_of, start, index(cells), trail, at,
+                next_of, entries, reward_of, start, index(cells), chance, pay, trail, at,
             )  # fmt: skip
             steps[period, trial], success[period, trial] = made, succeeded
             successes += succeeded
@@ -81,16 +86,21 @@ def learn_in_sequence(
 
 
 @inlined
-def _move(next_of, entries, cell, stage, action):
-    """Make one step; return the cell and the entry that it leads to."""
-    cell = index(next_of[(cell << _2) + (action & _3)])
-    return cell, index(entries[stage + cell])
+def _move(next_of, entries, random, cell, stage, action, chance):
+    """Make one step; return the cell and the entry that it leads to, and the number of its outcome."""
+    at, outcome = (cell << _2) + (action & _3), _0
+    if chance is None:
+        cell = index(next_of[at])
+    else:
+        cell, outcome = land(random, _0, at, chance)
+    return cell, index(entries[stage + cell]), outcome
 
 
 @uncounted
 def _play_trial(
-    learner, memory, behaviour, level, rules, limits, alpha, power, next_of, entries, reward_of, start, cells, trail, at
-):
+    learner, memory, behaviour, level, rules, limits, alpha, power, next_of, entries, reward_of, start, cells, chance,
+    pay, trail, at,
+):  # fmt: skip
     """Play one trial; return its steps, whether it was a success, and the sum of the sizes of its errors.
 
     In each turn of the loop the agent learns from its last step, chooses, and moves, each if it can. A learner that
@@ -103,6 +113,7 @@ def _play_trial(
         level = threshold / COIN_SIDES
     cell, stage, time, counter = start, _0, 0, 0
     row = action = next_action = kind = _0
+    reward = 0.0
     next_row = index(entries[cell]) & ~KIND
     if len(trail.cells):
         trail.cells[at], trail.counters[at] = cell, counter
@@ -113,7 +124,7 @@ def _play_trial(
         if has_moved and (has_chosen or terminal or not learner.chooses_first):
             error = learn_from_step(
                 learner, memory, behaviour.kind, level, rules, n_actions, alpha, power, time, row, action,
-                reward_of[kind], next_row, next_action, terminal, ended,
+                reward, next_row, next_action, terminal, ended,
             )  # fmt: skip
             total_error += abs(error)
             time += 1
@@ -134,8 +145,10 @@ def _play_trial(
             if has_moved:
                 continue
         row, action = next_row, next_action
-        cell, entry = _move(next_of, entries, cell, stage, action)
+        state = stage + cell
+        cell, entry, outcome = _move(next_of, entries, memory.random, cell, stage, action, chance)
         kind = entry & KIND
+        reward = reward_of[kind] if pay is None else earned(state, action, outcome, pay)
         terminal = kind == FINAL_GOAL
         stage += cells * (kind >> _1)
         next_row = entry ^ kind
