@@ -36,11 +36,11 @@ def test_the_defaults_are_those_that_hydra_takes(told: Told, planner):
 def test_a_table_lists_the_options_of_a_choice(said: Said):
     lines = said("list", "world").splitlines()
     assert lines[0] == "choice option description"
-    assert lines[2:5] == [
-        "world where the agent moves.",
+    assert lines[2] == "world where the agent moves."
+    assert {
         "torus (default) Grid with periodic boundary, as in the paper",
         "walled Grid with walls around it: a step into the wall leaves the agent where it is",
-    ]
+    } <= set(lines[3:])
 
 
 def test_studies_are_counted(told: Told, own: Path):
