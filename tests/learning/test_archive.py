@@ -25,3 +25,19 @@ def test_a_pickle_in_a_file_is_refused_and_not_run(tmp_path: Path):
     with pytest.raises(ValueError, match="allow_pickle"):
         read_arrays(tmp_path / "periods.npz")
     assert not (tmp_path / "run").exists()
+
+
+def test_arrays_are_those_that_numpy_reads(tmp_path: Path):
+    arrays = {
+        "plain": np.arange(6, dtype=np.uint16).reshape(2, 3),
+        "columns first": np.asfortranarray(np.arange(6.0).reshape(2, 3)),
+        "empty": np.empty((0, 4), dtype=bool),
+        "number": np.array(3.5),
+        "large header": np.zeros(2, dtype=[("x" * 70_000, "<i4")]),  # of version 2
+    }
+    np.savez_compressed(tmp_path / "arrays.npz", **arrays)
+    found = read_arrays(tmp_path / "arrays.npz")
+    assert found.keys() == arrays.keys()
+    for name, array in arrays.items():
+        assert (found[name].dtype, found[name].flags.writeable) == (array.dtype, True)
+        np.testing.assert_array_equal(found[name], array)
