@@ -119,7 +119,7 @@ def sweep(
         settings = settings_of(chosen)
         with shipped_config():
             planner = Planner(Composer(), PlanningProgress() if progress else lambda number, total: None)
-            plan = _plan(what, overrides, planner)
+            plan = _plan(what, overrides, planner).named(overrides)
         plan = plan.shard(*settings.shard) if settings.shard else plan
         source = f"rl_design_space.sweep, {counted(len(plan), 'point')}"
         tracker = settings.tracking.open(source)

@@ -106,6 +106,7 @@ def plan_sweep(overrides: Sequence[str], params: Mapping[str, str], config: Dict
             )
     else:
         plan = plan_overrides(overrides, planner, settings.max_points)
+    plan = plan.named(overrides)
     return plan.shard(*settings.shard) if settings.shard else plan
 
 
