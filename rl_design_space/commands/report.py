@@ -125,7 +125,7 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
         ConfigError: the study has no report, or none of its points is recorded.
     """
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
-    from rl_design_space.commands.watching import tell_numbers
+    from rl_design_space.commands.watching import counting, tell_numbers
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
     from rl_design_space.run.settings import build_settings
@@ -138,9 +138,10 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     tell_of_unused_variables(settings.tracking)
     report = study.report()
     fingerprints = [planned.fingerprint for planned in study.plan]
-    reader = FoundRuns(settings.tracking.reader(), fingerprints) if study.plan else NoRuns()
-    _report_missing(study, reader)
-    paths: list[Path] = report.write(study, reader, folder)
+    with counting("reading runs", len(fingerprints)) as count:
+        reader = FoundRuns(settings.tracking.reader(), fingerprints, count) if study.plan else NoRuns()
+        _report_missing(study, reader)
+        paths: list[Path] = report.write(study, reader, folder)
     tell_numbers(paths)
     try:
         reader.attach(study.name, paths)
