@@ -9,7 +9,20 @@ from functools import partial
 from pathlib import Path
 from types import ModuleType
 
-from benchmarks import browse, reports, roofline, scaling, scaling_plot, search, start, sweep, tracking, waits, writers
+from benchmarks import (
+    browse,
+    learners,
+    reports,
+    roofline,
+    scaling,
+    scaling_plot,
+    search,
+    start,
+    sweep,
+    tracking,
+    waits,
+    writers,
+)
 from benchmarks.client import ROOT
 from benchmarks.peers import PEERS
 from benchmarks.race import Setting, race
@@ -119,6 +132,7 @@ PARTS: dict[str, Callable[[argparse.Namespace], int]] = {
     "scaling": _scaling,
     "start": partial(_part, "start", start, "From the command to the first result"),
     "roofline": partial(_part, "roofline", roofline, "Where the time of a step goes"),
+    "learners": partial(_part, "learners", learners, "Each learner beside textbook C of that learner", rounds=15),
     "tracking": _tracking,
     "sweep": partial(_part, "sweep", sweep, "What a point of a sweep costs beside learning and recording"),
     "browse": partial(_part, "browse", browse, "How long one waits at 10,000 runs", rounds=3),

@@ -45,13 +45,13 @@ def _decide(turns, lanes, next_of, entries, limits, rules, running, wide):
 def _move(turns, lanes, next_of, entries, limits, rules, running, wide):
     q = lanes.q.ravel()
     for _ in range(turns):
-        moving.move_once(lanes.numbers, lanes.reals, lanes.values, q, running, next_of, entries, limits)
+        moving.move_once(lanes.numbers, lanes.reals, lanes.values, q, running, next_of, entries, limits, None, None)
 
 
 @_compiled
 def _update(turns, lanes, next_of, entries, limits, rules, running, wide):
     for _ in range(turns):
-        updating.update(lanes.numbers, lanes.reals, lanes.values, wide, np.uint64(0), limits, rules, True)
+        updating.update(lanes.numbers, lanes.reals, lanes.values, wide, np.uint64(0), limits, rules, True, None)
 
 
 @_compiled
@@ -157,7 +157,7 @@ def _parts(turns: int) -> dict[str, Callable[[int], float]]:
         # Ends as soon as two periods have, so that the others stand in their last trials.
         kernel.learn(
             tables.next_cell, tables.limits, tables.threshold, tables.rules, codes, 0, layout, generator, lanes,
-            False, steps, success, rows, None,
+            False, steps, success, rows, None, None, None, None,
         )  # fmt: skip
         running = int(lanes.running[0])
         arguments = (lanes, next_of, lanes.entries.ravel(), tables.limits, tables.rules, running, LANES)

@@ -7,3 +7,5 @@ from numpy.typing import NDArray
 
 IntArray = NDArray[np.integer[Any]]
 FloatArray = NDArray[np.float64]
+#: Fewest steps; float64 if they are expected ones, in a stochastic world.
+Optimum = NDArray[np.int32] | FloatArray

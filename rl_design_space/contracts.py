@@ -23,40 +23,49 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from rl_design_space._arrays import IntArray
+from rl_design_space._arrays import FloatArray, IntArray
 from rl_design_space.design import (
     ActionSet,
     AdHoc,
     Aggregated,
     AttributedRepresentation,
     CarryRule,
+    ClosedLoop,
+    Counters,
     Curriculum,
     DesignPoint,
     Direct,
     Direction,
     Exploration,
     MultiStepActions,
+    PotentialReward,
     Representation,
     Reward,
     SizedRepresentation,
+    Slip,
     Stage,
+    StochasticWorld,
+    TabularLearner,
     Task,
     Torus,
+    TransitionReward,
     Walled,
     Without,
     World,
     cell_count,
+    possible_cells,
 )
 from rl_design_space.design.identity import function_name
+from rl_design_space.design.ways import missing_way
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import checked
 from rl_design_space.learning.stage_layouts import StageScene
-from rl_design_space.learning.ways import missing_way
 
 __all__ = [
     "check_carry",
     "check_curriculum",
     "check_exploration",
+    "check_learner",
     "check_msa",
     "check_representation",
     "check_reward",
@@ -68,12 +77,18 @@ _WORLDS: tuple[World, ...] = (Torus(size=4), Torus(size=(5, 3)), Walled(size=(2,
 _TRIALS = (1, 2, 7, 100)
 #: Representations that show much, little, and nothing of the goals.
 _SIGHTED: tuple[Representation, ...] = (Direct(), Direction(), Direction(goals="all"), AdHoc())
+#: What a closed loop is asked, and a task that is learned in no time.
+_COUNTERS = tuple(
+    Counters(trial, level, successes, succeeded, 50, error)
+    for trial, level, successes, succeeded, error in ((1, 1.0, 0, 0, 3.0), (1, 0.9, 1, 1, 0.0), (9, 0.1, 5, 0, 1e6))
+)
+_SHORT = Task(goals=2, trials=10, periods=2, max_steps=200)
 #: Number of goals whose offsets are checked: all cells of a small world, a sample of a large one.
 _MOST_GOALS = 64
 
 
 def check_world(world: World) -> None:
-    """Check shape, transition table, open cells, offsets and reach of a world, and that no open cell is cut off."""
+    """Check shape, transitions or outcomes, open cells, offsets and reach of a world, and that no cell is cut off."""
     _check_value(world, World)
     for name, pair in (("shape", world.shape), ("reach", world.reach)):
         whole = isinstance(pair, tuple) and [type(side) for side in pair] == [int, int]
@@ -81,8 +96,20 @@ def check_world(world: World) -> None:
     point = DesignPoint(world=world, task=Task(goals=1))
     table = _repeatable("next_cell()", partial(checked.transitions, point))
     cells = _repeatable("open_cells()", partial(checked.places, point))
+    method = "next_cell()"
+    if isinstance(world, StochasticWorld):
+        method = "outcomes()"
+        _repeatable(method, lambda: np.concatenate(checked.outcomes(point) or world.outcomes(), axis=-1))
+        table = possible_cells(checked.outcomes(point) or world.outcomes())
     missing = missing_way(table, cells)
-    _expect(missing is None, f"next_cell() must lead from every open cell to every other, but it does not: {missing}")
+    _expect(missing is None, f"{method} must lead from every open cell to every other, but it does not: {missing}")
+    if isinstance(world, StochasticWorld):
+        from rl_design_space.learning.optimum import expected_steps  # late: it imports Numba
+
+        _expect(
+            bool(np.isfinite(expected_steps(world.outcomes(), cells)[:, cells]).all()),
+            "outcomes() must let a policy reach every open cell from every other with certainty, not only by luck",
+        )
 
     for axis, name in enumerate("xy"):
         _check_layouts(f"offset() along {name}", partial(_offset, world, axis), cell_count(world))
@@ -127,13 +154,49 @@ def check_exploration(exploration: Exploration) -> None:
     for trials in _TRIALS:
         point = DesignPoint(exploration=exploration, task=Task(trials=trials))
         _repeatable(f"schedule({trials})", partial(checked.epsilons, point))
+    if isinstance(exploration, ClosedLoop):
+        for counters in _COUNTERS:
+            epsilon = exploration.rule(counters, exploration.parameters)
+            _expect(0 <= epsilon <= 1, f"rule() must give ε from 0 to 1, but gives {epsilon} after {counters}")
+        _learned(DesignPoint(exploration=exploration, world=Torus(size=4), task=_SHORT))
+
+
+def check_learner(learner: TabularLearner) -> None:
+    """Check that a learner is compiled, learns the same at every call, and keeps all values finite."""
+    _check_value(learner, TabularLearner)
+    _learned(DesignPoint(learner=learner, world=Torus(size=4), task=_SHORT))
+
+
+def _learned(point: DesignPoint) -> None:
+    """Check that a point is learned twice with the same result, and with finite values."""
+    from rl_design_space.learning import simulate  # imports Numba
+
+    try:
+        one, again = (simulate(point, threads=1, keep=["q"]) for _ in range(2))
+    except ConfigError as error:
+        raise AssertionError(str(error)) from error
+    _expect(np.array_equal(one.steps, again.steps), "it must learn the same at every call")
+    finite = all(np.isfinite(period.q).all() for period in one.inside.values() if period.q is not None)
+    _expect(finite, "Q-values must stay finite")
 
 
 def check_reward(reward: Reward) -> None:
-    """Check that a reward function yields three finite rewards."""
+    """Check that a reward function yields three finite rewards; and its potential or rewards by transition, if any."""
     _check_value(reward, Reward)
     point = DesignPoint(reward=reward)
     _repeatable("table()", partial(checked.rewards, point))
+    for world, n_goals in product((*_WORLDS, Slip(size=3)), (1, 2, 3)):
+        point = DesignPoint(reward=reward, world=world, task=Task(goals=n_goals))
+        k = world.outcomes().cells.shape[-1] if isinstance(world, StochasticWorld) else 1
+        if isinstance(reward, PotentialReward):
+            _check_layouts("potential()", partial(_table, checked.potential, point), cell_count(world), n_goals)
+        if isinstance(reward, TransitionReward):
+            found = partial(_table, partial(checked.by_transition, n_outcomes=k), point)
+            _check_layouts("by_transition()", found, cell_count(world), n_goals)
+
+
+def _table(table: Callable[[DesignPoint, IntArray], FloatArray | None], point: DesignPoint, goals: IntArray) -> Any:
+    return table(point, goals)
 
 
 def check_msa(msa: ActionSet, representations: Sequence[Representation] = _SIGHTED) -> None:

@@ -25,9 +25,10 @@ except ImportError as missing:
 from gymnasium.error import InvalidAction, ResetNeeded
 from gymnasium.spaces import Discrete
 
-from rl_design_space.design import DesignPoint, SizedRepresentation, cell_count, stages_of
+from rl_design_space.design import WAIT, DesignPoint, SizedRepresentation, cell_count, stages_of
+from rl_design_space.learning.earning import is_paid, rewards_by_transition
 from rl_design_space.learning.layouts import layouts_of
-from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.optimum import needed, optimal_steps
 from rl_design_space.learning.tables import behaviour_of, learning_tables, observation_codes
 
 __all__ = ["ID", "OrderedGoals"]
@@ -69,16 +70,20 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
     observation. An action of several steps ends early at the final goal, at the step cap, at a sub-goal with
     `msa.sub_goal: stop`, and where its own rule stops it.
 
-    **Reward.** The reward of the step; for a multi-step action Σ γ^j r_j over its steps, or the return of
-    `msa.reward: printed`, with γ = `learner.gamma`. A learner then bootstraps with γ^executed.
+    **Chance.** In a stochastic world, where a step leads is drawn from the generator of the environment, which
+    `reset(seed=s)` seeds.
+
+    **Reward.** The reward of the step, shaped if the reward has a potential; for a multi-step action Σ γ^j r_j over
+    its steps, or the return of `msa.reward: printed`, with γ = `learner.gamma`. A learner then bootstraps with
+    γ^executed.
 
     **End.** Terminated at the final goal; truncated after `task.max_steps` steps.
 
     **Info.** `period`; `code`; `moves`, the steps of the episode; `reached`, the success counter; `optimum`, the
-    fewest steps possible. After an action also `executed`, its number of steps; `rewards`, one per step; `made`,
-    the step itself, right 0, left 1, above 2, below 3, or 4 for none; and `path`, the observation before each step.
-    So step j leads from `path[j]` to `path[j + 1]`, and the last step to the observation returned: a learner needs
-    this to update shorter actions from a longer one.
+    fewest steps possible, or those that can be expected in a stochastic world. After an action also `executed`, its
+    number of steps; `rewards`, one per step; `made`, the step itself, right 0, left 1, above 2, below 3, or 4 for
+    none; and `path`, the observation before each step. So step j leads from `path[j]` to `path[j + 1]`, and the last
+    step to the observation returned: a learner needs this to update shorter actions from a longer one.
 
     The other values of a point concern the learner: exploration, α, initial Q-values, explore, ties, update, MSA
     propagation, and the number of trials. `learner.out_of_order` and, for multi-step actions, γ are the exceptions.
@@ -128,7 +133,7 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         """Return the agent to the start.
 
         Args:
-            seed: chooses the layout, see the class; nothing else is random.
+            seed: chooses the layout, see the class, and what happens by chance in a stochastic world.
             options: `{"period": p}` chooses the layout of period p, whatever the seed.
 
         Raises:
@@ -197,7 +202,7 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         rows = [cells[first : first + width] for first in range(0, len(cells), width)]
         grid = [" ".join(cell.rjust(digits) for cell in row) for row in rows]
         due = f"goal {self._reached + 1} of {len(goals)} is due" if self._reached < len(goals) else "all goals reached"
-        return "\n".join([*grid, f"{due}; steps: {self._steps}, at least {self._optimum} needed"])
+        return "\n".join([*grid, f"{due}; steps: {self._steps}, {needed(self._optimum)}"])
 
     def _checked(self, period: object, others: str = "") -> int:
         periods = len(self._layouts)
@@ -218,7 +223,9 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
         self._stops_of: list[list[list[bool]]] = found.stops[:, 0].tolist()
         self._marks: list[list[int]] = np.zeros_like(codes).tolist() if found.marks is None else found.marks[0].tolist()
         self._observations: list[list[int]] = rows.tolist() if self._by_row else self._codes
-        self._optimum = int(shortest_tours(self._tables.next_cell, layout)[0])
+        self._optimum = optimal_steps(self._tables, layout)[0].item()
+        paid = rewards_by_transition(self.point, self._tables, layout[:, 1:])[0] if is_paid(self.point.reward) else None
+        self._paid: list[Any] | None = None if paid is None else paid.tolist()
         self.period = period
         self.layout: tuple[int, ...] = tuple(layout[0].tolist())
 
@@ -229,7 +236,13 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
     def _step(self, direction: int) -> float:
         """Make one step and return its reward."""
         rules, goals = self._tables.rules, self.layout[1:]
-        self._cell = self._next_cell[direction][self._cell]
+        before, reached, outcome = self._cell, self._reached, 0
+        if self._tables.outcomes is None or direction == WAIT:
+            self._cell = self._next_cell[direction][before]
+        else:
+            cells, probabilities = (table[direction, before] for table in self._tables.outcomes)
+            outcome = int(self.np_random.choice(len(cells), p=probabilities))
+            self._cell = int(cells[outcome])
         self._steps += 1
         reward = rules.step_reward
         if self._cell == goals[self._reached]:
@@ -237,7 +250,7 @@ class OrderedGoals(gymnasium.Env[Any, Any]):
             reward = rules.final_goal_reward if self._reached == len(goals) else rules.sub_goal_reward
         elif self._cell in goals:
             reward = rules.out_of_order_reward
-        return reward
+        return reward if self._paid is None else self._paid[reached][direction][before][outcome]
 
     def _ended(self) -> bool:
         return self._reached == self.point.task.goals or self._steps == self._tables.rules.max_steps

@@ -11,7 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rl_design_space.design import DesignPoint, MultiStepActions
+from rl_design_space.design import (
+    DesignPoint,
+    MultiStepActions,
+    PotentialReward,
+    StochasticWorld,
+    TransitionReward,
+)
 
 WORD = 2**64
 HALF = 2**32
@@ -170,7 +176,7 @@ def learn(point: DesignPoint) -> list[Period]:
 def _play_trial(point, layout, codes, actions, q, epsilon, generator, errors):
     cell, *goals = layout
     cap = point.task.max_steps
-    next_cell = point.world.next_cell().tolist()
+    step_of, reward_of = steps_of(point), rewards_of(point, goals)
     reached = moves = 0
     while reached < len(goals) and moves < cap:
         state = codes[reached][cell]
@@ -181,12 +187,11 @@ def _play_trial(point, layout, codes, actions, q, epsilon, generator, errors):
         began, old = (reached, cell, number), q[state][number]
         stopped = False
         while True:
-            if control.step < 4:
-                cell = next_cell[control.step][cell]
+            before, (cell, outcome) = cell, step_of(control.step, cell, generator)
             moves += 1
             made.append(control.step)
             due = cell == goals[reached]
-            rewards.append(_reward(point, cell, goals, reached))
+            rewards.append(reward_of(reached, control.step, before, outcome, cell))
             reached += due
             if reached == len(goals):
                 states.append(None)  # terminal: there is nothing to observe any more
@@ -224,6 +229,50 @@ def choose(values, epsilon, word, learner):
         return greedy
     others = [action for action in range(len(values)) if action != greedy]
     return others[rest * len(others) // HALF]
+
+
+def steps_of(point):
+    """What makes a step: it returns the cell that the step leads to, and which of its outcomes that is."""
+    next_cell = point.world.next_cell().tolist()
+    if not isinstance(point.world, StochasticWorld):
+        return lambda step, cell, generator: (next_cell[step][cell] if step < 4 else cell, 0)
+    cells, probabilities = point.world.outcomes()
+    if set(probabilities.ravel().tolist()) <= {0, 1}:
+        which = probabilities.argmax(axis=2)
+        return lambda step, cell, generator: (
+            (int(cells[step, cell, which[step, cell]]), int(which[step, cell])) if step < 4 else (cell, 0)
+        )
+
+    def step_of(step, cell, generator):
+        coin = generator.next_word() // HALF
+        if step == 4:
+            return cell, 0
+        outcome, most = 0, 0.0
+        for probability in probabilities[step, cell, :-1].tolist():
+            most += probability
+            outcome += coin >= round(most * HALF)
+        return int(cells[step, cell, outcome]), outcome
+
+    return step_of
+
+
+def rewards_of(point, goals):
+    """What a step from a state earns, by its outcome and the cell that it leads to."""
+    world, reward, gamma = point.world, point.reward, point.learner.gamma
+    more = reward.by_transition(world, np.array(goals)) if isinstance(reward, TransitionReward) else None
+    height = reward.potential(world, np.array(goals)) if isinstance(reward, PotentialReward) else None
+
+    def reward_of(reached, step, before, outcome, cell):
+        found = _reward(point, cell, goals, reached)
+        if more is not None and step < 4:
+            of_outcomes = more[reached, step, before]
+            found += float(of_outcomes if more.ndim == 3 else of_outcomes[outcome])
+        if height is not None:
+            then = reached + (cell == goals[reached])
+            found += gamma * (float(height[then, cell]) if then < len(goals) else 0.0) - float(height[reached, before])
+        return found
+
+    return reward_of
 
 
 def _reward(point, cell, goals, reached):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import shlex
 import sys
@@ -10,6 +11,9 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
+from rl_design_space import contracts
+from rl_design_space.design import DesignPoint
+from rl_design_space.learning import checked
 from tests.command_runner import Completed, completed
 from tests.tracking.stores import copy_database
 
@@ -25,6 +29,8 @@ KINDS = [
     ("world", "torus", "maze"),
     ("msa", "none", "doubling"),
 ]
+#: Those that go with primitive actions alone.
+OF_ONE_STEP = [("learner", "q_learning", "impatient"), ("exploration", "constant", "streak")]
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +51,9 @@ def run(folder: Path, *words: str) -> Completed:
 
 
 def test_every_kind_has_a_module_and_an_option():
-    assert {f"conf/{kind}/{own}.yaml" for kind, _, own in KINDS} | {f"{own}.py" for _, _, own in KINDS} <= set(FILES)
+    options = [*KINDS, *OF_ONE_STEP]
+    expected = {f"conf/{kind}/{own}.yaml" for kind, _, own in options} | {f"{own}.py" for _, _, own in options}
+    assert expected <= set(FILES)
     assert len(COMMANDS) == 4
 
 
@@ -59,14 +67,30 @@ def test_the_commands_of_the_page_run(folder: Path):
     }
 
 
-def test_the_examples_of_the_page_are_swept_beside_built_in_options(folder: Path):
+@pytest.mark.parametrize("kinds", [KINDS, OF_ONE_STEP], ids=["tables", "of_one_step"])
+def test_the_examples_of_the_page_are_swept_beside_built_in_options(kinds: list[tuple[str, str, str]], folder: Path):
     """Every combination of them, in one command."""
     small = ("task.periods=2", "task.trials=3", "task.goals=1", "tracking=none")
-    choices = [f"{kind}={built_in},{own}" for kind, built_in, own in KINDS]
+    choices = [f"{kind}={built_in},{own}" for kind, built_in, own in kinds]
     done = run(folder, "rl-design-space", "--config-dir", "conf", "-m", *choices, *small)
-    points = 2 ** len(KINDS)
+    points = 2 ** len(kinds)
     assert f"{points} points, {points} learned now, 0 before, 0 failed" in done.stdout
     assert done.stderr == ""
+
+
+def test_the_examples_with_chance_and_with_a_potential_keep_their_contracts(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.syspath_prepend(str(folder))
+    ice, lantern = importlib.import_module("ice"), importlib.import_module("lantern")
+    world = ice.Ice(rows=("...#..", ".....#"), columns=(1, 4))
+    contracts.check_world(world)
+    contracts.check_reward(lantern.Lantern())
+    outcomes = checked.outcomes(DesignPoint(world=world))
+    assert outcomes is not None
+    assert outcomes.probabilities[0, :, 0].tolist() == [1.0, 0.8, 1.0, 1.0, 0.8, 1.0] * 2
+    for name in ("maze", "ice", "lantern"):
+        sys.modules.pop(name)
 
 
 def test_the_contract_test_of_the_page_passes(folder: Path):
@@ -77,8 +101,7 @@ def test_the_contract_test_of_the_page_passes(folder: Path):
 
 
 def test_the_checks_and_kinds_that_the_page_names_exist():
-    from rl_design_space import contracts
     from rl_design_space.commands.words.new import KINDS as MADE
 
     assert set(re.findall(r"`(check_\w+)`", PAGE)) == {name for name in vars(contracts) if name.startswith("check_")}
-    assert set(MADE) == {kind for kind, _, _ in KINDS} | {"actions", "study"}
+    assert set(MADE) == {kind for kind, _, _ in [*KINDS, *OF_ONE_STEP]} | {"actions", "curriculum", "study"}

@@ -22,6 +22,8 @@ from rl_design_space.design import (
     GoalReward,
     MultiStepActions,
     QLearning,
+    ShapedReward,
+    Slip,
     Task,
     Torus,
     Walled,
@@ -233,3 +235,51 @@ def test_without_gymnasium_the_error_names_the_package_to_install():
         "rl_design_space.errors.ConfigError: "
         "rl_design_space.environment: needs Gymnasium; pip install 'rl-design-space[gym]'"
     )
+
+
+def test_chance_draws_from_the_seeded_generator_of_the_environment():
+    point = DesignPoint(world=Slip(size=6, p=0.4, astray="stays"), task=Task(goals=1, max_steps=300, periods=3))
+    env = OrderedGoals(point, period=1)
+    cells = []
+    for _ in range(2):
+        env.reset(seed=7)
+        ended, went = False, []
+        while not ended:
+            *_, terminated, truncated, info = env.step(len(went) % 4)
+            ended = terminated or truncated
+            went.append(env._cell)
+        cells.append(went)
+    assert cells[0] == cells[1]
+    straight = point.world.next_cell()
+    before = [env.layout[0], *went[:-1]]
+    stayed = np.mean([went[at] != straight[at % 4, before[at]] for at in range(len(went))])
+    assert len(went) > 30
+    assert stayed == pytest.approx(0.4, abs=4 * np.sqrt(0.24 / len(went)))
+    assert info["optimum"] == pytest.approx(fewest_without_slips(env) / 0.6)
+
+
+def fewest_without_slips(env: OrderedGoals) -> float:
+    """Return the fewest steps in the world without slips."""
+    x, y = env.point.world.offset(np.array(env.layout[1:]))
+    return float(abs(x[0, env.layout[0]]) + abs(y[0, env.layout[0]]))
+
+
+def test_shaped_rewards_of_an_action_of_several_steps_add_up():
+    """Over k steps they add up to γ^k·Φ(s') - Φ(s), with no potential after the final goal."""
+    msa = MultiStepActions(lengths=(3,))
+    plain = DesignPoint(world=Torus(size=5), msa=msa, task=Task(goals=2, periods=2))
+    shaped = replace(plain, reward=ShapedReward(shaping="all_goals"))
+    envs = [OrderedGoals(point, period=1) for point in (plain, shaped)]
+    height = shaped.reward.potential(shaped.world, np.array(envs[0].layout[1:]))
+    random = np.random.default_rng(0)
+    for env in envs:
+        env.reset()
+    ended = False
+    while not ended:
+        before = height[envs[1]._counter, envs[1]._cell]
+        action = int(random.integers(8))
+        (_, gain, terminated, _, info), (_, more, ended, truncated, _) = (env.step(action) for env in envs)
+        after = 0.0 if terminated else height[envs[1]._counter, envs[1]._cell]
+        assert more - gain == pytest.approx(0.9 ** info["executed"] * after - before)
+        ended |= truncated
+    assert terminated

@@ -25,7 +25,9 @@ DEPENDENCIES = [Requirement(line) for line in PROJECT["dependencies"]]
 #: Requirements of each extra; those in DEVELOPMENT are installed from lock files.
 EXTRAS = {name: list(map(Requirement, lines)) for name, lines in PROJECT["optional-dependencies"].items()}
 DEVELOPMENT = {"test", "bench"}
-FOR_USERS = [requirement for name in EXTRAS.keys() - DEVELOPMENT for requirement in EXTRAS[name]]
+#: Extras that take gigabytes, and are not installed for tests.
+LARGE = {"sb3"}
+FOR_USERS = [requirement for name in EXTRAS.keys() - DEVELOPMENT - LARGE for requirement in EXTRAS[name]]
 LOCKS = sorted(ROOT.glob("requirements*.txt"))
 
 
@@ -217,7 +219,7 @@ def test_tests_use_the_versions_that_users_get():
 
 def test_the_script_that_installs_every_extra_knows_all_of_them():
     script = (ROOT / ".ci" / "extras").read_text(encoding="utf-8")
-    assert f"all=({' '.join(name for name in EXTRAS if name not in DEVELOPMENT)})" in script
+    assert f"all=({' '.join(name for name in EXTRAS if name not in DEVELOPMENT | LARGE)})" in script
     done = subprocess.run([ROOT / ".ci" / "extras", "nothing"], capture_output=True, text=True, timeout=PATIENCE)
     told = "error: nothing: no such extra (there is dask ray optuna gym explore postgres server)\n"
     assert (done.returncode, done.stderr) == (2, told)

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import QLearning, Representation, Reward, World, open_cells
+from rl_design_space.design import QLearning, Representation, Reward, World, open_cells, refuse_chance
+from rl_design_space.errors import ConfigError
+from rl_design_space.learning.earning import is_paid
 from rl_design_space.learning.optimal_values import optimal_values
 
 
@@ -44,7 +46,13 @@ def aliasing_by_layout(
         layouts: (layouts, 1 + n_goals) starts and goals.
         reward: rewards of the task.
         learner: its discount factor, and its reward of goals that are not due.
+
+    Raises:
+        ConfigError: the world is stochastic, or rewards depend on the transition.
     """
+    refuse_chance(world, "measures of aliasing")
+    if is_paid(reward):
+        raise ConfigError("reward: measures of aliasing are known for rewards of the kind of step alone")
     goals, rewards = layouts[:, 1:], reward.table()
     codes = representation.observation(world, goals)
     out_of_order = float(rewards[0]) if learner.out_of_order == "step_reward" else 0.0

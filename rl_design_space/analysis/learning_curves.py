@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.statistics import (
     mean_estimate,
     mean_share_estimate,
     percentile_interval,
     resampled_means,
 )
-from rl_design_space.design import World
+from rl_design_space.design import StochasticWorld, World, possible_cells
+from rl_design_space.design.ways import reached_from
 from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.learning.ways import reached_from
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -82,23 +83,26 @@ def random_walk_steps(world: World, layouts: NDArray[np.int32]) -> float:
         world: the world.
         layouts: (periods, 1 + n_goals) start and goals, each different from the one before, all mutually reachable.
     """
-    next_cell, layouts = _within_reach(world.next_cell(), layouts)
-    moves, cells = next_cell.shape
+    next_cell, share_of = _ways(world)
+    met = reached_from(next_cell, int(layouts[0, 0]))
+    cells = int(met.sum())
+    number = np.cumsum(met) - 1  # without cells that cannot be reached, such as obstacles
     walk = np.zeros((cells, cells))
-    for move in range(moves):
-        np.add.at(walk, (np.arange(cells), next_cell[move]), 1 / moves)
+    for there, share in zip(next_cell[:, met], share_of[:, met], strict=True):
+        np.add.at(walk, (np.arange(cells), number[there]), share)
     away = np.eye(cells) - walk
-    share = np.linalg.solve((away + 1).T, np.ones(cells))  # π (I - P) = 0 and Σ π = 1 in one system
-    fundamental = np.linalg.inv(away + share)
-    origins, goals = layouts[:, :-1], layouts[:, 1:]
-    legs = (fundamental[goals, goals] - fundamental[origins, goals]) / share[goals]
+    often = np.linalg.solve((away + 1).T, np.ones(cells))  # π (I - P) = 0 and Σ π = 1 in one system
+    fundamental = np.linalg.inv(away + often)
+    origins, goals = number[layouts[:, :-1]], number[layouts[:, 1:]]
+    legs = (fundamental[goals, goals] - fundamental[origins, goals]) / often[goals]
     return float(legs.sum(axis=1).mean())
 
 
-def _within_reach(
-    next_cell: NDArray[np.int32], layouts: NDArray[np.int32]
-) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Remove cells that cannot be reached, such as obstacles, and renumber the others."""
-    met = reached_from(next_cell, int(layouts[0, 0]))
-    number = (np.cumsum(met) - 1).astype(np.int32)
-    return number[next_cell[:, met]], number[layouts]
+def _ways(world: World) -> tuple[NDArray[np.int32], FloatArray]:
+    """Return the cells that a random step may lead to, (ways, cells), and how probably."""
+    if not isinstance(world, StochasticWorld):
+        next_cell = world.next_cell()
+        return next_cell, np.full(next_cell.shape, 1 / len(next_cell))
+    outcomes = world.outcomes()
+    shares = np.moveaxis(outcomes.probabilities, -1, 1).reshape(-1, outcomes.cells.shape[1])
+    return possible_cells(outcomes), shares / len(outcomes.cells)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import Representation, World
+from rl_design_space.design import Representation, World, refuse_chance
 from rl_design_space.learning.optimum import shortest_tours
 
 
@@ -134,6 +134,7 @@ def optimal_moves(world: World, goals: NDArray[np.int32]) -> NDArray[np.bool_]:
     Returns:
         (4, n_goals, cells), by direction, success counter and cell; at the goal itself every step is optimal.
     """
+    refuse_chance(world, "the steps that bring the agent nearer to a goal")
     next_cell = world.next_cell()
     cells = np.arange(next_cell.shape[1], dtype=np.int32)
     pairs = np.stack(np.broadcast_arrays(cells, goals[:, np.newaxis]), axis=-1).reshape(-1, 2).astype(np.int32)

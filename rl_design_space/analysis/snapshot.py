@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.initial import initial_value
 
 if TYPE_CHECKING:
-    from rl_design_space.learning.recording import Path
     from rl_design_space.learning.replay import Replay
+    from rl_design_space.learning.sequential.method import Path
 
 #: Names of periods, by the steps of all their trials, and of trials, by their steps.
 ByRank = Literal["worst", "median", "best"]
@@ -58,7 +59,7 @@ def snapshot(inside: Replay, trial: int) -> Snapshot:
     assert inside.paths is not None
     q = inside.history[trial]
     greedy = q == q.max(axis=1, keepdims=True)
-    learned = (q != inside.point.learner.initial_q).any(axis=1)
+    learned = (q != initial_value(inside.point)).any(axis=1)
     visits = np.zeros(inside.row.shape, dtype=np.int64)
     for path in inside.paths[: trial + 1]:
         going = path.counters < len(inside.goals)

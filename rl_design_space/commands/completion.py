@@ -101,7 +101,7 @@ def _report(words: Sequence[str], last: str) -> Iterator[str]:
     """Yield what may follow the words of `rl-design-report`: studies with a report and figures, then settings."""
     from rl_design_space.catalogue.overview import reported_studies
     from rl_design_space.catalogue.search import searched
-    from rl_design_space.commands import figure_arguments
+    from rl_design_space.commands import figure_arguments, look_arguments
     from rl_design_space.config.overrides import is_setting
 
     if not words:
@@ -113,10 +113,18 @@ def _report(words: Sequence[str], last: str) -> Iterator[str]:
         if words[-1] == "--value":
             yield from figure_arguments.values()
             return
-        if words[-1] == "--scale":
+        if words[-1] == "--scale" and words[0] in figure_arguments.OWN_SCALE:
             yield from figure_arguments.scales()
             return
+        if words[-1] in look_arguments.CHOICES:
+            yield from look_arguments.CHOICES[words[-1]]
+            return
         yield from figure_arguments.flags(words[0])
+    else:
+        if words[-1] in look_arguments.CHOICES:
+            yield from look_arguments.CHOICES[words[-1]]
+            return
+        yield from ("--title", *map(look_arguments.flag_of, look_arguments.NAMES))
     yield from filter(is_setting, _overrides([], last))
 
 

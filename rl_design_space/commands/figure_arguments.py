@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from typing import Any
 
+from rl_design_space.commands.look_arguments import NAMES, add_look
 from rl_design_space.errors import ConfigError
 
 _VALUE = (
@@ -28,6 +28,8 @@ WORDS = {
 #: Words that take --given, and words whose files have their name.
 BY_WORD = ("importance", "best", "interactions", "profile")
 NAMED = (*BY_WORD, "failures", "explore")
+#: Words whose `--scale` is what a period counts as.
+OWN_SCALE = ("importance", "interactions")
 #: Files that words write.
 _FILES, _USUAL_FILES = {"explore": "one HTML file that needs no network"}, "PNG, SVG, CSV and Markdown"
 _SCALE = (
@@ -66,6 +68,20 @@ def _parser(word: str) -> argparse.ArgumentParser:
         usage=f"%(prog)s {arguments[word]} {options}" if word in arguments else None,
         description=f"Draw {WORDS[word]}, from recorded runs, into outputs/report: {_FILES.get(word, _USUAL_FILES)}.",
     )
+    _add_own(parser, word)
+    parser.add_argument("--study", help="the runs of a study; all recorded runs if nothing chooses among them")
+    where_help = "the runs with these values, as on the command line: exploration=linear world.size=10,20"
+    parser.add_argument("--where", nargs="+", action="extend", default=[], metavar="KEY=VALUE", help=where_help)
+    parser.add_argument("--filter", help="the runs that a filter of MLflow finds: \"params.reward = 'end_reward'\"")
+    parser.add_argument("--title", default="", help="of the picture")
+    parser.add_argument("--name", help="of the files, without suffix")
+    add_look(parser, look_names(word))
+    parser.add_argument("overrides", nargs="*", help="the store with the runs: outputs=… tracking.uri=…")
+    return parser
+
+
+def _add_own(parser: argparse.ArgumentParser, word: str) -> None:
+    """Add the arguments that are those of one word."""
     if word == "heatmap":
         parser.add_argument("--rows", required=True, metavar="PARAMS", help="of the rows: representation,reward")
         parser.add_argument("--cols", required=True, metavar="PARAMS", help="of the columns: exploration.k")
@@ -103,23 +119,33 @@ def _parser(word: str) -> argparse.ArgumentParser:
         parser.add_argument(
             "--ui", default="http://127.0.0.1:5000", help="MLflow's UI, for links (default: %(default)s)"
         )
-    if word in ("importance", "interactions"):
+    _add_shared(parser, word)
+
+
+def _add_shared(parser: argparse.ArgumentParser, word: str) -> None:
+    """Add the arguments that some words share."""
+    if word in OWN_SCALE:
         parser.add_argument("--scale", default="log_over_optimum", help=_SCALE)
     if word in BY_WORD:
         given_help = "only designs with these values: representation=direction"
         parser.add_argument("--given", nargs="+", action="extend", default=[], metavar="KEY=VALUE", help=given_help)
+    if word in ("sensitivity", "compare"):
+        what = "line" if word == "sensitivity" else "pair"
+        named_help = f"{what}s that are shown by name if there are many: 'reward=end_reward msa=none'"
+        parser.add_argument("--named", nargs="+", action="extend", default=[], metavar="VALUES", help=named_help)
+        top_help = f"how many {what}s are listed, the largest effects first (default: %(default)s)"
+        parser.add_argument("--top", type=int, default=20, help=top_help)
     if word in ("heatmap", "sensitivity", "compare", "best"):
         parser.add_argument("--value", default="total_steps", help=_VALUE)
     if word in ("heatmap", "curves", "compare"):
         parser.add_argument("--mean", action="store_true", help="average runs that differ in more than their seed")
-    parser.add_argument("--study", help="the runs of a study; all recorded runs if nothing chooses among them")
-    where_help = "the runs with these values, as on the command line: exploration=linear world.size=10,20"
-    parser.add_argument("--where", nargs="+", action="extend", default=[], metavar="KEY=VALUE", help=where_help)
-    parser.add_argument("--filter", help="the runs that a filter of MLflow finds: \"params.reward = 'end_reward'\"")
-    parser.add_argument("--title", default="", help="of the picture")
-    parser.add_argument("--name", help="of the files, without suffix")
-    parser.add_argument("overrides", nargs="*", help="the store with the runs: outputs=… tracking.uri=…")
-    return parser
+
+
+def look_names(word: str) -> tuple[str, ...]:
+    """Return the names of the arguments of a word that say how it looks; some words have a scale of their own."""
+    if word == "explore":
+        return ("labels", "order", "scale", "colour_map")
+    return tuple(name for name in NAMES if not (name == "scale" and word in OWN_SCALE))
 
 
 def parsed(word: str, arguments: Sequence[str]) -> argparse.Namespace:
@@ -145,22 +171,3 @@ def _sort_choices(chosen: argparse.Namespace) -> None:
     if len(names) == 1:
         raise ConfigError(f"{names[0]}: needs a second choice, as in `rl-design-report interactions {names[0]} reward`")
     chosen.choice, chosen.other = names or ("", "")
-
-
-def where_of(words: Sequence[str], flag: str = "--where") -> tuple[dict[str, list[Any]], list[str]]:
-    """Return the values of a flag by name, and the settings that follow them on the command line.
-
-    Raises:
-        ConfigError: a word is not KEY=VALUE, in Hydra's grammar for sweeps.
-    """
-    import yaml
-    from hydra.core.override_parser.overrides_parser import OverridesParser
-
-    from rl_design_space.config.overrides import is_setting
-    from rl_design_space.plan.grid import axes
-
-    if unknown := [word for word in words if "=" not in word]:
-        raise ConfigError(f"{flag} {unknown[0]}: should be KEY=VALUE, such as exploration=linear")
-    chosen = axes([word for word in words if not is_setting(word)], OverridesParser.create()) if words else {}
-    where = {key: [yaml.safe_load(each.partition("=")[2]) for each in values] for key, values in chosen.items()}
-    return where, list(filter(is_setting, words))

@@ -5,13 +5,15 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space._paths import leads_out
-from rl_design_space.commands.figure_arguments import BY_WORD, NAMED, WORDS, parsed, where_of
+from rl_design_space.commands.figure_arguments import BY_WORD, NAMED, WORDS, look_names, parsed
+from rl_design_space.commands.look_arguments import named_by_flags, take_look
+from rl_design_space.commands.where import where_of
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
     from rl_design_space.report.base import Report
     from rl_design_space.tracking.read import RunReader
 
+#: Flags of words that take several values.
+_SEVERAL = {"explore": ("values", "curves"), "sensitivity": ("named",), "compare": ("named",)}
 #: The word that writes a page instead of a figure, and the learning curves in it.
 EXPLORE, _CURVES = "explore", ("steps/mean", "success_rate")
 
@@ -55,6 +59,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.commands.watching import tell_all, tell_numbers, watched
     from rl_design_space.config.overrides import is_setting
+    from rl_design_space.plan.study_values import study_values
     from rl_design_space.report.parameters import PERIODS
     from rl_design_space.report.runs import Runs
     from rl_design_space.run.settings import settings_of
@@ -64,15 +69,16 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     if word in BY_WORD:
         chosen.given, more_typed = where_of(chosen.given, "--given")
         also_typed = [*also_typed, *more_typed]
-    if word == EXPLORE:  # settings may follow these flags, as they may follow --where
-        for flag in ("values", "curves"):
-            also_typed += filter(is_setting, getattr(chosen, flag))
-            setattr(chosen, flag, [each for each in getattr(chosen, flag) if not is_setting(each)])
+    look, more_typed = take_look(chosen, look_names(word))
+    also_typed += more_typed
+    for flag in _SEVERAL.get(word, ()):  # settings may follow these flags, as they may follow --where
+        also_typed += filter(is_setting, getattr(chosen, flag))
+        setattr(chosen, flag, [each for each in getattr(chosen, flag) if not is_setting(each)])
     settings = settings_of([*also_typed, *chosen.overrides])
     folder = report_folder(settings)
     tell_of_unused_variables(settings.tracking)
     reader = settings.tracking.reader()
-    figure = None if word == EXPLORE else _figure(word, chosen)
+    figure = None if word == EXPLORE else _figure(word, chosen, look)
     command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])
     of_any_code = any(SOURCE in argument for argument in arguments)
     frame, left_out = reader.select(chosen.study, chosen.filter, where, outdated=of_any_code)
@@ -82,28 +88,40 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         tell(f"{left_out}; to include them, name their code, as in {including}")
         remarks = [f"{left_out.capitalize()}."]
     if figure is None:
-        return _explore(chosen, frame, reader, folder, command)
+        return _explore(chosen, look, frame, reader, folder, command)
     every = any(PERIODS in argument for argument in arguments)
-    runs = Runs.of_frame(frame, reader, command, remarks, every=every)
+    listed = study_values(chosen.study) if chosen.study else {}
+    runs = Runs.of_frame(frame, reader, command, remarks, every=every, listed=listed)
     runs.watch, runs.tell = watched, tell_all
     name = chosen.name or (word if word in NAMED else _name(word, figure.heading))
-    paths = figure.write_runs(runs, folder / name)
+    with named_by_flags():
+        paths = figure.write_runs(runs, folder / name)
     if word not in BY_WORD:  # the others print lines of their own
         tell_numbers(paths)
     return paths
 
 
 def _explore(
-    chosen: argparse.Namespace, frame: pd.DataFrame, reader: RunReader, folder: Path, command: str
+    chosen: argparse.Namespace,
+    look: Mapping[str, Any],
+    frame: pd.DataFrame,
+    reader: RunReader,
+    folder: Path,
+    command: str,
 ) -> list[Path]:
     """Write the page that shows any runs."""
     from rl_design_space.commands.watching import watched
+    from rl_design_space.config.build import construct
     from rl_design_space.learning.measures import SCALARS, canonical
+    from rl_design_space.plan.study_values import study_values
     from rl_design_space.report.explore import write_explorer
+    from rl_design_space.report.look import Look
 
     names = [canonical(word) for word in chosen.values]
     if new := [name for name in names if name not in frame]:
         frame[new] = reader.measured(frame, new)
+    if look.get("scale") not in (None, "linear", "log"):
+        raise ConfigError.at("--scale", look["scale"], "should be linear or log")
     return write_explorer(
         frame,
         reader,
@@ -114,16 +132,20 @@ def _explore(
         title=chosen.title or (f"Runs of {chosen.study}" if chosen.study else "All recorded runs"),
         made_by=command,
         watch=watched,
+        look=construct(Look, look),
+        listed=study_values(chosen.study) if chosen.study else {},
     )
 
 
-def _figure(word: str, chosen: argparse.Namespace) -> Report:
+def _figure(word: str, chosen: argparse.Namespace, look: Mapping[str, Any]) -> Report:
     from rl_design_space import report
     from rl_design_space.config.build import construct
 
     kind: Any = getattr(report, word.capitalize())
     names = {field.name for field in fields(kind)}
-    figure: Report = construct(kind, {name: value for name, value in vars(chosen).items() if name in names})
+    given = {name: value for name, value in vars(chosen).items() if name in names and name not in look_names(word)}
+    with named_by_flags():
+        figure: Report = construct(kind, {**given, **look})
     return figure
 
 

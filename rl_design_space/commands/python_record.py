@@ -23,7 +23,7 @@ from rl_design_space.config.overrides import is_setting
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.layouts import layouts_of
-from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.optimum import luckiest_tours, optimal_steps
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.tables import learning_tables
 from rl_design_space.plan.external import ExternalPoint
@@ -152,8 +152,9 @@ def _measured(point: DesignPoint, curves: LearningCurves | Mapping[str, ArrayLik
         if array.dtype.kind not in kinds:
             kind = "whole numbers" if name == "steps" else "True or False"
             raise ConfigError(f"curves: {name} is of type {array.dtype}: should be {kind}")
-    optimum = shortest_tours(learning_tables(point).next_cell, layouts_of(point))
-    least = np.where(success, optimum[:, np.newaxis], task.max_steps)
+    tables, layouts = learning_tables(point), layouts_of(point)
+    optimum = optimal_steps(tables, layouts)
+    least = np.where(success, luckiest_tours(tables, layouts)[:, np.newaxis], task.max_steps)
     _refuse(steps, steps > task.max_steps, f"are more than task.max_steps={task.max_steps}")
     _refuse(steps, ~success & (steps < least), f"without success: should be task.max_steps={task.max_steps}")
     _refuse(steps, success & (steps < least), "are fewer than the start and goals of this period need at least")

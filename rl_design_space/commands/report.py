@@ -5,13 +5,16 @@ from __future__ import annotations
 import argparse
 import errno
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from rl_design_space._version import __version__
 from rl_design_space.commands.folders import report_folder
 from rl_design_space.commands.interrupts import handle_interrupts
+from rl_design_space.commands.look_arguments import add_look, named_by_flags, take_look
 from rl_design_space.commands.messages import shown_as_messages, tell
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
@@ -41,8 +44,16 @@ def main() -> None:
             paths = figure_words.main(typed[0], typed[1:])
         else:
             arguments = _parser(typed).parse_intermixed_args(typed)
+            look, settings = take_look(arguments)
+            if arguments.title:
+                look["title"] = arguments.title
             name = study_of_all() if arguments.report == "all" else arguments.report
-            paths = write_report(name, arguments.overrides)
+            paths = write_report(
+                name,
+                [*arguments.overrides, *settings],
+                look,
+                _options(typed, [arguments.report, *arguments.overrides, *settings]),
+            )
         for path in paths:
             print(path)
 
@@ -69,6 +80,8 @@ def _parser(typed: list[str]) -> argparse.ArgumentParser:
     )
     parser.add_argument("report", help="name of a study, e.g. table4; all for the page of all reports")
     parser.add_argument("overrides", nargs="*", help="overrides, as in rl-design-space: outputs=…, tracking.uri=…")
+    parser.add_argument("--title", default="", help="of the picture")
+    add_look(parser)
     parser.add_argument("--version", action="version", version=f"rl-design-report {__version__}")
     # Parsed before, see `main`; listed here for --help.
     parser.add_argument(user_config.FLAG, "-cd", metavar="DIR", help="folder with options and studies of your own")
@@ -111,12 +124,21 @@ def study_of_all() -> str:
     return found[0]
 
 
-def write_report(name: str, overrides: list[str]) -> list[Path]:
+def _options(typed: Sequence[str], others: Sequence[str]) -> tuple[str, ...]:
+    """Return what was typed beside the name of the report and the overrides."""
+    return tuple(word for word in typed if word not in others)
+
+
+def write_report(
+    name: str, overrides: list[str], look: Mapping[str, Any] = MappingProxyType({}), options: tuple[str, ...] = ()
+) -> list[Path]:
     """Write the report of a study.
 
     Args:
         name: of the study.
         overrides: of the study's points and of the settings, as on the command line that ran it.
+        look: fields of `report.look.Look` that replace those of the study's file.
+        options: how they were typed, for the command that the report names.
 
     Returns:
         The files written.
@@ -137,8 +159,12 @@ def write_report(name: str, overrides: list[str]) -> list[Path]:
     folder = report_folder(settings)
     tell_of_unused_variables(settings.tracking)
     report = study.report()
+    if look:
+        with named_by_flags():
+            report = report.looking(look)
+        study = replace(study, report_options=options)
     fingerprints = [planned.fingerprint for planned in study.plan]
-    with counting("reading runs", len(fingerprints)) as count:
+    with counting("reading runs", len(fingerprints)) as count, named_by_flags():
         reader = FoundRuns(settings.tracking.reader(), fingerprints, count) if study.plan else NoRuns()
         _report_missing(study, reader)
         paths: list[Path] = report.write(study, reader, folder)

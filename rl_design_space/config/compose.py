@@ -34,6 +34,7 @@ from rl_design_space.config.overrides import (
 )
 from rl_design_space.config.resolvers import register_resolvers
 from rl_design_space.config.search_path import look_in_user_folder_first
+from rl_design_space.config.study_file import with_study
 from rl_design_space.errors import ConfigError
 
 CONFIG_NAME = "config"
@@ -155,11 +156,17 @@ class Composer:
                 return self._compose(overrides)
             options = tuple(o.input_line or "" for o in parsed if not self._sets_a_value(o))
             if options not in self._bases:
-                self._bases[options] = self._compose(options)
+                self._bases[options] = self._with_study(options) or self._compose(options)
             config = deepcopy(self._bases[options])
             for override in filter(self._sets_a_value, parsed):
                 _set(config, override)
         return config
+
+    def _with_study(self, options: Sequence[str]) -> DictConfig | None:
+        """Return the config with one option, a study; None if Hydra has to compose it."""
+        if len(options) != 1 or not is_of_study(options[0]):
+            return None
+        return with_study(self.config(()), options[0], self.parser, self._repository)
 
     def _compose(self, overrides: Sequence[str]) -> DictConfig:
         always = [override for override in self._always if override not in overrides]

@@ -8,13 +8,21 @@ package offers every public class and function that the modules below define.
 from typing import TYPE_CHECKING
 
 from rl_design_space.design.actions import *
+from rl_design_space.design.adaptive import *
 from rl_design_space.design.aggregated import *
+from rl_design_space.design.chance import *
 from rl_design_space.design.controllers import *
 from rl_design_space.design.curriculum import *
+from rl_design_space.design.double_q import *
+from rl_design_space.design.dyna import *
 from rl_design_space.design.exploration import *
+from rl_design_space.design.learned_in_lanes import *
 from rl_design_space.design.learner import *
 from rl_design_space.design.msa import *
+from rl_design_space.design.multi_step_learners import *
 from rl_design_space.design.observing import *
+from rl_design_space.design.on_policy import *
+from rl_design_space.design.own_learner import *
 from rl_design_space.design.point import *
 from rl_design_space.design.representation import *
 from rl_design_space.design.reward import *

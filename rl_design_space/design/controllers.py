@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT
 from rl_design_space.design.actions import WAIT, SeeingActions, sight_of
+from rl_design_space.design.chance import undisturbed
 from rl_design_space.design.identity import full_name
 from rl_design_space.design.observing import Representation
 from rl_design_space.design.sight import Sight
@@ -130,7 +131,7 @@ def _by_sign(negative: np.int8, positive: np.int8) -> NDArray[np.int8]:
 
 def _wall_steps(world: World) -> NDArray[np.int8]:
     """Return the step along the wall, by cell: the first that is free and has a wall on its right-hand side."""
-    blocked = world.next_cell() == np.arange(cell_count(world))
+    blocked = undisturbed(world).next_cell() == np.arange(cell_count(world))
     steps = np.full(cell_count(world), _WAIT)
     for move in reversed(range(4)):
         steps[blocked[_RIGHT_HAND[move]] & ~blocked[move]] = move
@@ -139,7 +140,7 @@ def _wall_steps(world: World) -> NDArray[np.int8]:
 
 def _wall_turns(world: World) -> IntArray:
     """Return whether the step along the wall into a cell goes in another direction than the one out of it, by cell."""
-    steps, next_cell = _wall_steps(world), world.next_cell()
+    steps, next_cell = _wall_steps(world), undisturbed(world).next_cell()
     turns = np.zeros(len(steps), dtype=np.int8)
     (walled,) = np.nonzero(steps != WAIT)
     ahead = next_cell[steps[walled], walled]

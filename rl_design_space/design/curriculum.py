@@ -13,6 +13,7 @@ from rl_design_space._strict import STRICT
 from rl_design_space.design.aggregated import Aggregated
 from rl_design_space.design.exploration import Constant
 from rl_design_space.design.identity import absent_as, full_name
+from rl_design_space.design.learned_in_lanes import learned_in_lanes
 from rl_design_space.design.stage import Carry, Layout, Refinement, Stage, Value, as_stages
 from rl_design_space.design.world import GridSize, World
 
@@ -257,6 +258,11 @@ def _check_refinement(before: Any, here: StagePoint) -> None:
         raise ValueError(f"{refine}: actions that depend on observations do not know the parts of blocks; use others")
     if here.refine and here.refine.split == "disagreeing" and before.learner.alpha == 0:
         raise ValueError(f"{refine}: the stage before learns nothing (learner.alpha=0), so it has no TD errors")
+    if here.refine and here.refine.split == "disagreeing" and not learned_in_lanes(before):
+        raise ValueError(
+            f"{refine}: TD errors are those of Q-learning with constant α and a schedule of ε in the stage before; "
+            "use refine=all, or that learner there"
+        )
 
 
 def _check_carry(stage_before: StagePoint, here: StagePoint) -> None:

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
 from rl_design_space.design.actions import ActionSet, SeeingActions
+from rl_design_space.design.adaptive import ClosedLoop, Level, OptimisticValues, level_of
 from rl_design_space.design.curriculum import Curriculum, Stages, stages_of
 from rl_design_space.design.exploration import Constant, Exploration
-from rl_design_space.design.identity import absent_as
-from rl_design_space.design.learner import QLearning
+from rl_design_space.design.identity import absent_as, full_name
+from rl_design_space.design.learned_in_lanes import learned_in_lanes
+from rl_design_space.design.learner import QLearning, TabularLearner
 from rl_design_space.design.msa import MultiStepActions
 from rl_design_space.design.observing import FittedRepresentation, Representation
 from rl_design_space.design.representation import AdHoc
-from rl_design_space.design.reward import GoalReward, Reward
+from rl_design_space.design.reward import GoalReward, PotentialReward, Reward, TransitionReward
 from rl_design_space.design.task import Task
-from rl_design_space.design.world import Torus, World, cell_count
+from rl_design_space.design.world import MOVES, Torus, World, cell_count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -73,7 +75,7 @@ class DesignPoint:
     exploration: Annotated[Exploration, _Built] = Constant()
     msa: Annotated[ActionSet, _Built] = MultiStepActions()
     reward: Annotated[Reward, _Built] = GoalReward()
-    learner: QLearning = QLearning()
+    learner: Annotated[TabularLearner, _Built] = QLearning()
     curriculum: Annotated[Curriculum, _Built] = field(default=Stages(), metadata=absent_as(Stages(), listed=False))
 
     @model_validator(mode="after")
@@ -91,10 +93,45 @@ class DesignPoint:
                 f"task.goals={self.task.goals}: with {cells} cells and these actions a period may need a Q-matrix of "
                 f"{values} values; at most {_MOST_VALUES} can be learned"
             )
+        if self.msa.reward == "printed" and isinstance(self.reward, (PotentialReward, TransitionReward)):
+            raise ValueError(
+                "msa.reward=printed: the return as printed takes the reward of the first step for that of all steps, "
+                "so it cannot be used with rewards that depend on the state; use msa.reward=realised"
+            )
         if isinstance(self.representation, FittedRepresentation):
             self.representation.check(self.world, self.task.goals)
         if isinstance(self.msa, SeeingActions):
             self.msa.check(self.world, self.representation, self.task.goals)
+        return self
+
+    @model_validator(mode="after")
+    def _learner_and_exploration_fit(self) -> DesignPoint:
+        learner, exploration = self.learner, self.exploration
+        level = level_of(exploration)
+        if level not in get_args(Level):
+            raise ValueError(f"exploration: {full_name(type(exploration))}.level={level}: {_or(get_args(Level))}")
+        if isinstance(exploration, ClosedLoop) and level != "epsilon":
+            raise ValueError(f"exploration: {full_name(type(exploration))}.rule() gives ε, so its level is epsilon")
+        if level != "epsilon" and learner.explore != "non_greedy":
+            raise ValueError(
+                f"learner.explore={learner.explore}: says what ε-greedy exploration draws from, which "
+                f"exploration={full_name(type(exploration))} does not do"
+            )
+        if isinstance(exploration, OptimisticValues) and learner.initial_q != 0.0:
+            raise ValueError(
+                f"learner.initial_q={learner.initial_q}: exploration={full_name(type(exploration))} says what Q-values "
+                "begin with; change its scale"
+            )
+        if not learned_in_lanes(self) and not (self.msa.n_actions == len(MOVES) and self.msa.repeats):
+            beside = f"learner={full_name(type(learner))}"
+            if isinstance(learner, QLearning):
+                beside = f"learner.alpha_schedule={learner.alpha_schedule}"
+                if learner.alpha_schedule == "constant":
+                    beside = f"exploration={full_name(type(exploration))}"
+            raise ValueError(
+                f"{beside}: goes with msa=none alone. What the other actions learn from an action of several steps is "
+                "defined for Q-learning with constant α and a schedule of ε (docs/decisions/0036)"
+            )
         return self
 
     @model_validator(mode="after")
@@ -108,3 +145,7 @@ class DesignPoint:
         def from_overrides(cls, overrides: Sequence[str] = (), config_dir: str | Path | None = None) -> DesignPoint:
             """Compose a point from overrides; added by `rl_design_space`, because this module composes nothing."""
             ...
+
+
+def _or(names: Sequence[str]) -> str:
+    return f"should be {', '.join(names[:-1])} or {names[-1]}"

@@ -125,7 +125,7 @@ class _Grid(ABC):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Torus(_Grid):
-    """Grid with periodic boundary: a step over one border leads to the opposite side (paper, section 3).
+    """_Grid with periodic boundary: a step over one border leads to the opposite side (paper, section 3).
 
     On an axis of even length a goal exactly half-way round is equally far in both directions; its offset is then
     positive (right, below).
@@ -147,7 +147,7 @@ class Torus(_Grid):
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Walled(_Grid):
-    """Grid with walls around it: a step against a wall leaves the agent where it is."""
+    """_Grid with walls around it: a step against a wall leaves the agent where it is."""
 
     @property
     def reach(self) -> tuple[int, int]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rl_design_space.learning.chance import earned, land
 from rl_design_space.learning.compiled import compiled, inlined
 from rl_design_space.learning.controls import MARK, STEP, STOP
 from rl_design_space.learning.lanes import (
@@ -72,7 +73,7 @@ def enter_controls(table, marks, entries, first, entered):
 @inlined
 def move_by_table(
     numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, cells, passed, rewards,
-    made, controls,
+    made, controls, went, chance, pay,
 ):  # fmt: skip
     """Execute the chosen actions step by step; goals passed on the way count."""
     for place in range(running):
@@ -94,10 +95,15 @@ def move_by_table(
         while going:
             step = control & _STEP
             made[index(executed * LANES) + lane] = step
-            cell = index(next_of[(cell << _STEP_BITS) + step])
+            state, outcome = stage + cell, _0
+            if chance is None:
+                cell = index(next_of[(cell << _STEP_BITS) + step])
+            else:
+                cell, outcome = land(numbers, lane, (cell << _STEP_BITS) + step, chance)
+                went[index(executed * LANES) + lane] = cell
             entry = index(entries[stage + cell])
             kind = entry & KIND
-            reward = reward_of[kind]
+            reward = reward_of[kind] if pay is None else earned(state, step, outcome, pay)
             rewards[index(executed * LANES) + lane] = reward
             gain += discount * (rewards[lane] if printed else reward)
             discount *= rules.gamma

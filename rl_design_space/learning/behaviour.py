@@ -25,18 +25,24 @@ def _rotated(word, bits):
 
 
 @inlined
+def draw_one(numbers, lane):
+    """Draw one word of xoshiro256++ for a lane."""
+    s0, s1, s2, s3 = numbers[S0 + lane], numbers[S1 + lane], numbers[S2 + lane], numbers[S3 + lane]
+    numbers[WORD + lane] = _rotated(s0 + s3, 23) + s0
+    shifted = s1 << index(17)
+    s2 ^= s0
+    s3 ^= s1
+    s1 ^= s2
+    s0 ^= s3
+    numbers[S0 + lane], numbers[S1 + lane] = s0, s1
+    numbers[S2 + lane], numbers[S3 + lane] = s2 ^ shifted, _rotated(s3, 45)
+
+
+@inlined
 def draw(numbers, running):
-    """Draw one word of xoshiro256++ for every running lane."""
+    """Draw one word for every running lane."""
     for lane in range(running):
-        s0, s1, s2, s3 = numbers[S0 + lane], numbers[S1 + lane], numbers[S2 + lane], numbers[S3 + lane]
-        numbers[WORD + lane] = _rotated(s0 + s3, 23) + s0
-        shifted = s1 << index(17)
-        s2 ^= s0
-        s3 ^= s1
-        s1 ^= s2
-        s0 ^= s3
-        numbers[S0 + lane], numbers[S1 + lane] = s0, s1
-        numbers[S2 + lane], numbers[S3 + lane] = s2 ^ shifted, _rotated(s3, 45)
+        draw_one(numbers, lane)
 
 
 @inlined

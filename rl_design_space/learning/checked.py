@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,26 +15,19 @@ from rl_design_space.design import (
     PortableRepresentation,
     Scene,
     cell_count,
+    level_of,
     open_cells,
 )
 from rl_design_space.design.identity import full_name, function_name
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.checked_dynamics import by_transition as by_transition
+from rl_design_space.learning.checked_dynamics import outcomes as outcomes
+from rl_design_space.learning.checked_dynamics import potential as potential
+from rl_design_space.learning.checked_dynamics import transitions as transitions
+from rl_design_space.learning.checked_table import LARGEST, LARGEST_CODE, checked_table
 from rl_design_space.learning.controls import STOP, ActionTable
 
-Scalar = TypeVar("Scalar", bound=np.generic)
-_LARGEST = float(np.finfo(np.float64).max)
-_LARGEST_CODE = 2**63 - 1
 _LONGEST = 1_000_000
-
-
-def transitions(point: DesignPoint) -> NDArray[np.int32]:
-    """Return the transition table of the world: (4, cells) int32, the cell that each step leads to.
-
-    Raises:
-        ConfigError: the world returns a table of the wrong shape, type or range.
-    """
-    cells = cell_count(point.world)
-    return _checked("world", point.world, "next_cell", point.world.next_cell(), (4, cells), np.int32, 0, cells - 1)
 
 
 def places(point: DesignPoint) -> NDArray[np.int32]:
@@ -47,7 +38,7 @@ def places(point: DesignPoint) -> NDArray[np.int32]:
     """
     world, cells, name = point.world, open_cells(point.world), full_name(type(point.world))
     shape = cells.shape if isinstance(cells, np.ndarray) and cells.ndim == 1 else (cell_count(world),)
-    _checked("world", world, "open_cells", cells, shape, np.int32, 0, cell_count(world) - 1)
+    checked_table("world", world, "open_cells", cells, shape, np.int32, 0, cell_count(world) - 1)
     if not (np.diff(cells) > 0).all():
         raise ConfigError(f"world: {name}.open_cells() should give each cell once, in ascending order")
     if len(cells) <= point.task.goals:
@@ -59,14 +50,15 @@ def places(point: DesignPoint) -> NDArray[np.int32]:
 
 
 def epsilons(point: DesignPoint) -> FloatArray:
-    """Return the exploration schedule: (trials,) float64, probability of exploring.
+    """Return the exploration schedule: (trials,) float64, probability of exploring, or another level.
 
     Raises:
         ConfigError: the schedule is of the wrong length, type or range.
     """
     trials = point.task.trials
     schedule = point.exploration.schedule(trials)
-    return _checked("exploration", point.exploration, "schedule", schedule, (trials,), np.float64, 0, 1)
+    low, high = {"epsilon": (0, 1), "temperature": (1e-6, 1e6), "bonus": (0, 1e6)}[level_of(point.exploration)]
+    return checked_table("exploration", point.exploration, "schedule", schedule, (trials,), np.float64, low, high)
 
 
 def rewards(point: DesignPoint) -> FloatArray:
@@ -75,7 +67,7 @@ def rewards(point: DesignPoint) -> FloatArray:
     Raises:
         ConfigError: the table is of the wrong shape, type or range.
     """
-    return _checked("reward", point.reward, "table", point.reward.table(), (3,), np.float64, -_LARGEST, _LARGEST)
+    return checked_table("reward", point.reward, "table", point.reward.table(), (3,), np.float64, -LARGEST, LARGEST)
 
 
 def limits(point: DesignPoint) -> NDArray[np.int32]:
@@ -87,11 +79,13 @@ def limits(point: DesignPoint) -> NDArray[np.int32]:
     msa = point.msa
     if isinstance(msa, MultiStepActions):
         _check_lengths(msa)
-    return _checked("msa", msa, "limits", msa.limits(), (msa.n_actions,), np.int32, 1, _LONGEST)
+    return checked_table("msa", msa, "limits", msa.limits(), (msa.n_actions,), np.int32, 1, _LONGEST)
 
 
 def _check_lengths(msa: MultiStepActions) -> None:
-    table = _checked("msa", msa, "action_lengths", msa.action_lengths(), (1 + len(msa.lengths),), np.int32, 1, _LONGEST)
+    table = checked_table(
+        "msa", msa, "action_lengths", msa.action_lengths(), (1 + len(msa.lengths),), np.int32, 1, _LONGEST
+    )
     if table[0] != 1 or len(np.unique(table)) != len(table):
         raise ConfigError(
             f"msa: {full_name(type(msa))}.action_lengths() should begin with 1 and hold every length once"
@@ -133,10 +127,10 @@ def behaviour_of(point: DesignPoint, goals: IntArray, codes: NDArray[np.int64]) 
     msa = point.msa
     found = msa.behaviour(point.world, point.representation, goals, codes)
     by_action = (msa.n_actions, *codes.shape)
-    _checked("msa", msa, "behaviour", found.steps, by_action, np.int8, 0, WAIT)
-    _checked("msa", msa, "behaviour", found.stops, by_action, np.bool_, 0, 1)
+    checked_table("msa", msa, "behaviour", found.steps, by_action, np.int8, 0, WAIT)
+    checked_table("msa", msa, "behaviour", found.stops, by_action, np.bool_, 0, 1)
     if found.marks is not None:
-        _checked("msa", msa, "behaviour", found.marks, codes.shape, np.int64, 0, _LARGEST_CODE)
+        checked_table("msa", msa, "behaviour", found.marks, codes.shape, np.int64, 0, LARGEST_CODE)
     return found
 
 
@@ -176,7 +170,7 @@ def _codes(point: DesignPoint, goals: IntArray, method: str) -> NDArray[np.int64
     except ConfigError as error:
         name = full_name(type(representation))
         raise ConfigError(f"representation: {name}.{method}() calls {error}") from error
-    _checked("representation", representation, method, codes, shape, np.int64, 0, _LARGEST_CODE)
+    checked_table("representation", representation, method, codes, shape, np.int64, 0, LARGEST_CODE)
     # Writable, too: the kernel would be compiled once more for arrays that are not.
     return np.require(codes, requirements=["C", "W"])
 
@@ -195,30 +189,3 @@ def ancestors(rule: CarryRule, before: Scene, after: Scene) -> NDArray[np.int64]
     if found.size and (found.min() < -1 or found.max() >= states):
         raise ConfigError(f"{wanted}, all from -1 to {states - 1}; it gives {found.min()} to {found.max()}")
     return np.ascontiguousarray(found, dtype=np.int64)
-
-
-def _checked(
-    choice: str,
-    component: object,
-    method: str,
-    table: object,
-    shape: tuple[int, ...],
-    dtype: type[Scalar],
-    low: float,
-    high: float,
-) -> NDArray[Scalar]:
-    wanted = f"{choice}: {full_name(type(component))}.{method}() should give {np.dtype(dtype)} of shape {shape}"
-    if not isinstance(table, np.ndarray) or table.shape != shape or table.dtype != dtype:
-        found = f"{table.dtype} of shape {table.shape}" if isinstance(table, np.ndarray) else type(table).__name__
-        raise ConfigError(f"{wanted}, not {found}")
-    if not table.size or not (table.min() >= low and table.max() <= high):  # no number at all is neither
-        found = f"it gives {table.min()} to {table.max()}" if table.size else "it gives none"
-        raise ConfigError(f"{wanted}, all {_range(low, high)}; {found}")
-    return table
-
-
-def _range(low: float, high: float) -> str:
-    """Return a range in words; a bound that is only the largest number of its type is left out."""
-    if high not in (_LARGEST, _LARGEST_CODE):
-        return f"from {low} to {high}"
-    return "finite" if low == -high else f"at least {low}"

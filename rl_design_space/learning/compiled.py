@@ -29,6 +29,9 @@ compiled = njit(nogil=True, error_model="numpy")
 #: Decorator of functions that are inlined into the loop that calls them.
 inlined = njit(nogil=True, error_model="numpy", forceinline=True)
 
+#: Decorator of functions that allocate nothing, so that references to arrays need not be counted in them.
+uncounted = njit(nogil=True, error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
 
 def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function when it is first called, or load the code that an earlier process has compiled.
@@ -84,10 +87,11 @@ class _Kept(FunctionCache):
 
 @cache
 def source_digest() -> str:
-    """Return a digest of all source files of compiled code, those of this folder."""
+    """Return a digest of all source files of compiled code, those of this folder and below."""
     found = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        found.update(path.name.encode() + path.read_bytes())
+    folder = Path(__file__).parent
+    for path in sorted(folder.rglob("*.py")):
+        found.update(str(path.relative_to(folder)).encode() + path.read_bytes())
     return found.hexdigest()[:16]
 
 

@@ -10,9 +10,8 @@ from threading import Lock
 from time import perf_counter, time
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rl_design_space._arrays import FloatArray
+from rl_design_space._arrays import FloatArray, Optimum
 from rl_design_space.design import Task
 from rl_design_space.learning.result import LearningCurves
 
@@ -89,7 +88,7 @@ class JointLearning(ABC):
         except IndexError:
             return None
 
-    def check(self, begun: LearningCurves, optimum: NDArray[np.int32], epsilon: FloatArray) -> int:
+    def check(self, begun: LearningCurves, optimum: Optimum, epsilon: FloatArray) -> int:
         """Check a result of the first periods; return their number.
 
         Args:
@@ -104,7 +103,7 @@ class JointLearning(ABC):
         if (
             first >= self._periods
             or not np.array_equal(begun.optimum, optimum[:first])
-            or not np.array_equal(begun.epsilon, epsilon)
+            or not np.array_equal(begun.epsilon, epsilon, equal_nan=True)
         ):
             raise ValueError(
                 f"begun: a result of {first} periods of {trials} trials, which are not the first periods of this point"

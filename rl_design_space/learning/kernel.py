@@ -16,6 +16,7 @@ import numpy as np
 
 from rl_design_space.learning.action_tables import move_by_table, propagate_by_table, step_table
 from rl_design_space.learning.behaviour import choose, draw
+from rl_design_space.learning.chance import pay_of
 from rl_design_space.learning.compiled import compiled_and_kept
 from rl_design_space.learning.lanes import (
     ENDED,
@@ -32,6 +33,7 @@ from rl_design_space.learning.lanes import (
 )
 from rl_design_space.learning.moving import move_on, move_once, powers, sort_by_length
 from rl_design_space.learning.periods import begin_period, begin_trial, end_period, swap
+from rl_design_space.learning.sequential.periods import learn_in_sequence
 from rl_design_space.learning.td_errors import add_errors, note_states, places_for_states
 from rl_design_space.learning.updating import keep, propagate, update
 
@@ -59,14 +61,15 @@ class Rules(NamedTuple):
 
 
 @compiled_and_kept
-def learn(
+def learn(  # noqa: C901 (branches on `table`, `errors` and `method` are compiled away)
     next_cell, limits, threshold, rules, observation, first, layout, generator, lanes, drain, steps, success, rows,
-    table, errors,
+    table, errors, chance, earnings, method,
 ):  # fmt: skip
     """Learn periods, as many side by side as there are lanes.
 
     The call returns when all its periods have begun and a lane is free. The next call continues the periods that still
-    run, with the same lanes and arguments except `observation`, `first`, `drain` and `table`.
+    run, with the same lanes and arguments except `observation`, `first`, `drain`, `table` and
+    `earnings`.
 
     Args:
         next_cell: (4, cells) int32, transition table.
@@ -86,6 +89,11 @@ def learn(
         table: what the actions do in the periods to begin, see `ActionTable`. None if action a makes limits[a] steps in
             direction a % 4: the first four are the primitive actions, and groups of four have equal limits.
         errors: output, see `Errors`; None to collect none, which costs nothing: the function is compiled without.
+        chance: what steps may lead to, see `Chance`. None if that is certain; then nothing is drawn for it.
+        earnings: (taken, n_goals · cells · width · k) float64, rewards of the periods to begin, by state, step and
+            outcome, see `Pay`. None if rewards depend on the kind of cell alone.
+        method: the learner, its behaviour and its step sizes, see `sequential.method.Method`: then all periods are
+            learned by this call, one after the other. None for Q-learning with constant α and ε-greedy behaviour.
     """
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
@@ -94,6 +102,12 @@ def learn(
     limit_of = np.array(limits)
     discounts = powers(rules.gamma, max(limits))
     reward_of = np.array((rules.step_reward, rules.out_of_order_reward, rules.sub_goal_reward, rules.final_goal_reward))
+    if method is not None:
+        learn_in_sequence(
+            next_of, limits, rules, reward_of, observation, first, layout, generator, lanes, steps, success, rows,
+            table, chance, earnings, method,
+        )  # fmt: skip
+        return
     numbers, reals, values, q, entries = (
         lanes.numbers,
         lanes.reals,
@@ -104,8 +118,9 @@ def learn(
     # One element more than lanes: see `sort_by_length`.
     order = np.empty(LANES + 1, dtype=np.int64)
     passed, rewards = lanes.passed.ravel(), lanes.rewards.ravel()
-    made, controls = lanes.made.ravel(), lanes.controls.ravel()
+    made, controls, went = lanes.made.ravel(), lanes.controls.ravel(), lanes.went.ravel()
     observations = index(n_goals * cells)
+    pay = pay_of(lanes, earnings, chance, n_goals * cells)
     begun_in = places_for_states(errors)
 
     running = int(lanes.running[0])
@@ -115,7 +130,9 @@ def learn(
             period = first + begun
             codes = observation[begun].ravel()
             layout_of, state = layout[period], generator[period]
-            begin_period(lanes, running, period, codes, layout_of, state, limits, rules.initial_q, rows, begun, table)
+            begin_period(
+                lanes, running, period, codes, layout_of, state, limits, rules.initial_q, rows, begun, table, earnings
+            )
             start = index(layout[period, 0])
             begin_trial(numbers, values, q, entries, running, 0, start, threshold, observations, limits)
             running += 1
@@ -132,19 +149,19 @@ def learn(
         choose(numbers, values, wide, limits, rules)
         if table is None:
             if one_step:
-                move_once(numbers, reals, values, q, running, next_of, entries, limits)
+                move_once(numbers, reals, values, q, running, next_of, entries, limits, chance, pay)
             else:
                 singles = sort_by_length(numbers, running, limits, order)
                 move_on(
                     numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, discounts,
-                    index(cells), passed, rewards, order, singles,
+                    index(cells), passed, rewards, order, singles, went, chance, pay,
                 )  # fmt: skip
         else:
             move_by_table(
                 numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
-                passed, rewards, made, controls,
+                passed, rewards, made, controls, went, chance, pay,
             )  # fmt: skip
-        some_ended, some_seen = update(numbers, reals, values, wide, index(cells), limits, rules, one_step)
+        some_ended, some_seen = update(numbers, reals, values, wide, index(cells), limits, rules, one_step, pay)
         if errors is not None:
             add_errors(numbers, reals, begun_in, errors, running)
         keep(numbers, reals, values, q, running, some_seen)

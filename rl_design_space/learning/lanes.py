@@ -77,6 +77,9 @@ class Lanes(NamedTuple):
         made: (longest action, LANES) uint64, its steps, if they follow a table.
         controls: (lanes, n_goals · cells · width of a row) uint32, by row and action, if actions follow a table: the
             step that the action makes there, whether it stops on arriving, and what it perceives; see `action_tables`.
+        earnings: (lanes, n_goals · cells · width · k) float64, rewards by state, step and outcome, see `chance.Pay`; no
+            width if they depend on the kind of cell alone.
+        went: (longest action, LANES) uint64, the cells that its steps have led to, if chance decides that.
         known_codes, known_rows: int64 and int32, a hash table from observation codes to rows.
         kept: (periods, n_goals · cells · width of a row) float64, the Q-matrices that periods begin with and, after
             they have ended, end with, see `StagedLearning`. Without any, all values begin as `initial_q`.
@@ -93,6 +96,8 @@ class Lanes(NamedTuple):
     rewards: FloatArray
     made: NDArray[np.uint64]
     controls: NDArray[np.uint32]
+    earnings: FloatArray
+    went: NDArray[np.uint64]
     known_codes: NDArray[np.int64]
     known_rows: NDArray[np.int32]
     kept: FloatArray
@@ -126,6 +131,8 @@ def empty_lanes(
     limits: tuple[int, ...],
     *,
     tabulated: bool = False,
+    drawn: bool = False,
+    earnings: int = 0,
     kept: FloatArray | None = None,
     states: NDArray[np.uint64] | None = None,
 ) -> Lanes:
@@ -136,6 +143,8 @@ def empty_lanes(
         observations: n_goals · cells, of a period.
         limits: the most steps of each action.
         tabulated: whether actions follow a table.
+        drawn: whether chance decides where steps lead.
+        earnings: rewards by transition of a period, see `earning.earnings`; 0 if there are none.
         kept: see `Lanes`; none if not given.
         states: see `Lanes`; none if not given.
     """
@@ -154,6 +163,8 @@ def empty_lanes(
         rewards=np.empty((longest, LANES)),
         made=np.empty((longest * tabulated, LANES), dtype=np.uint64),
         controls=np.empty((lanes, observations * width * tabulated), dtype=np.uint32),
+        earnings=np.empty((lanes, earnings)),
+        went=np.empty((longest * drawn, LANES), dtype=np.uint64),
         known_codes=np.empty(slots, dtype=np.int64),
         known_rows=np.empty(slots, dtype=np.int32),
         kept=np.empty((0, 0)) if kept is None else kept,

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space._arrays import FloatArray
+from rl_design_space._arrays import FloatArray, Optimum
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measure_statistics import MEAN, Statistic, statistic
 
@@ -28,7 +28,7 @@ class Periods(Protocol):
         ...
 
     @property
-    def optimum(self) -> NDArray[np.int32]:
+    def optimum(self) -> Optimum:
         """(periods,) fewest steps possible."""
         ...
 

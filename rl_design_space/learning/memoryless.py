@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.design import Behaviour, DesignPoint
 from rl_design_space.learning.compiled import compiled, compiled_and_kept
-from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.optimum import optimal_steps
 from rl_design_space.learning.tables import Tables, behaviour_of, learning_tables, observation_codes
 
 #: Assignments that a search tries for each of its parts before it is given up.
@@ -139,12 +139,14 @@ def best_memoryless(
 def memoryless_steps(point: DesignPoint, layouts: NDArray[np.int32]) -> FloatArray:
     """Return the steps of the best deterministic memoryless policy of each layout; NaN where they are not known.
 
+    In a stochastic world they are known only where a policy can be any.
+
     Args:
         point: the design point.
         layouts: (layouts, 1 + n_goals) start and goals.
     """
     tables = learning_tables(point)
-    optimum = shortest_tours(tables.next_cell, layouts)
+    optimum = optimal_steps(tables, layouts)
     found = np.full(len(layouts), np.nan)
     for first in range(0, len(layouts), _AT_A_TIME):
         part = slice(first, first + _AT_A_TIME)
@@ -152,6 +154,8 @@ def memoryless_steps(point: DesignPoint, layouts: NDArray[np.int32]) -> FloatArr
             if point.msa.primitives and len(np.unique(codes)) == codes.size:
                 # No two states look the same, and all steps can be chosen: the policy can be any.
                 found[number] = optimum[number]
+                continue
+            if tables.outcomes is not None:
                 continue
             best = best_memoryless(point, tables, layouts[number], codes)
             if best.is_exact and best.steps is not None:

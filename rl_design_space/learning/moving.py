@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rl_design_space.learning.chance import earned, land
 from rl_design_space.learning.compiled import compiled, inlined
 from rl_design_space.learning.lanes import (
     ACTION,
@@ -31,13 +32,17 @@ _0, _1, _2, _3, _4 = (index(number) for number in range(5))
 
 
 @inlined
-def _step(numbers, lane, next_of, entries):
-    """Make one step; return the entry that it leads to."""
-    cell = index(next_of[(numbers[CELL + lane] << _2) + (numbers[ACTION + lane] & _3)])
+def _step(numbers, lane, next_of, entries, chance):
+    """Make one step; return the entry that it leads to, and the number of its outcome."""
+    at, outcome = (numbers[CELL + lane] << _2) + (numbers[ACTION + lane] & _3), _0
+    if chance is None:
+        cell = index(next_of[at])
+    else:
+        cell, outcome = land(numbers, lane, at, chance)
     entry = index(entries[numbers[STAGE + lane] + cell])
     numbers[CELL + lane] = cell
     numbers[ENTRY + lane] = entry
-    return entry
+    return entry, outcome
 
 
 @inlined
@@ -63,11 +68,14 @@ def maximum(q, row, n_actions):
 
 
 @inlined
-def move_once(numbers, reals, values, q, running, next_of, entries, limits):
+def move_once(numbers, reals, values, q, running, next_of, entries, limits, chance, pay):
     """Execute the chosen actions, all of one step, and look up the rows that they lead to."""
     for place in range(running):
         lane = index(place)
-        entry = _step(numbers, lane, next_of, entries)
+        state = numbers[STAGE + lane] + numbers[CELL + lane]
+        entry, outcome = _step(numbers, lane, next_of, entries, chance)
+        if pay is not None:
+            reals[RETURN + lane] = earned(state, numbers[ACTION + lane], outcome, pay)
         reals[OLD + lane] = q[numbers[ROW + lane] + numbers[ACTION + lane]]
         see(values, q, entry & ~KIND, lane, limits)
 
@@ -100,7 +108,7 @@ def sort_by_length(numbers, running, limits, order):
 @inlined
 def move_on(
     numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, discounts, cells, passed,
-    rewards, order, singles,
+    rewards, order, singles, went, chance, pay,
 ):  # fmt: skip
     """Execute the chosen actions, which repeat their step; goals passed on the way count.
 
@@ -109,11 +117,17 @@ def move_on(
     """
     for place in range(singles):
         lane = index(order[place])
-        entry = _step(numbers, lane, next_of, entries)
+        state = numbers[STAGE + lane] + numbers[CELL + lane]
+        entry, outcome = _step(numbers, lane, next_of, entries, chance)
+        if chance is not None:
+            went[lane] = numbers[CELL + lane]
         kind = entry & KIND
         numbers[STAGE + lane] += cells & (_0 - (kind >> _1))
         numbers[EXECUTED + lane] = _1
-        reals[RETURN + lane] = reward_of[kind]
+        if pay is None:
+            reals[RETURN + lane] = reward_of[kind]
+        else:
+            reals[RETURN + lane] = earned(state, numbers[ACTION + lane], outcome, pay)
         reals[DISCOUNT + lane] = rules.gamma
         reals[OLD + lane] = q[numbers[ROW + lane] + numbers[ACTION + lane]]
         see(values, q, entry & ~KIND, lane, limits)
@@ -129,10 +143,15 @@ def move_on(
         entry = _0
         gain = 0.0
         while executed < limit:
-            cell = index(next_of[(cell << _2) + (action & _3)])
+            state, outcome = stage + cell, _0
+            if chance is None:
+                cell = index(next_of[(cell << _2) + (action & _3)])
+            else:
+                cell, outcome = land(numbers, lane, (cell << _2) + (action & _3), chance)
+                went[index(executed * LANES) + lane] = cell
             entry = index(entries[stage + cell])
             kind = entry & KIND
-            reward = reward_of[kind]
+            reward = reward_of[kind] if pay is None else earned(state, action & _3, outcome, pay)
             rewards[index(executed * LANES) + lane] = reward
             gain += discounts[executed] * reward
             executed += 1

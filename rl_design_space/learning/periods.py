@@ -66,7 +66,7 @@ def _mark_goals(layout, entries):
 
 
 @compiled
-def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, rows, taken, table):
+def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, rows, taken, table, earnings):
     """Begin a period in a lane, with a new Q-matrix, or with the one that is kept for it."""
     home = np.int64(lanes.numbers[HOME + lane])
     first = home * lanes.q.shape[1]
@@ -77,6 +77,8 @@ def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, r
         marks = np.empty(len(codes), dtype=np.uint32)
         number(table.marks[taken], 0, 1, marks, lanes.known_codes, lanes.known_rows)
         enter_controls(table.controls[taken], marks, entries, first, lanes.controls[home])
+    if earnings is not None:
+        lanes.earnings[home] = earnings[taken]
     _mark_goals(layout, entries)
     rows[period, 0] = n_rows
     if len(lanes.kept):

@@ -6,13 +6,11 @@ trial with those of the kernel.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from rl_design_space.learning.action_tables import move_by_table, propagate_by_table, step_table
 from rl_design_space.learning.behaviour import choose, draw
+from rl_design_space.learning.chance import pay_of
 from rl_design_space.learning.compiled import compiled, compiled_and_kept
 from rl_design_space.learning.lanes import (
     ACTION,
@@ -35,34 +33,21 @@ from rl_design_space.learning.updating import keep, propagate, update
 _32 = index(32)
 
 
-class Path(NamedTuple):
-    """The way of the agent in one trial of k steps.
-
-    Attributes:
-        cells: (k + 1,) int32, from the start to the final goal, or to where the step cap ended the trial.
-        counters: (k + 1,) int32, success counter in each of these states; the number of goals at the final goal.
-        actions: (k,) int32, the action that each step belongs to.
-        explored: (k,) bool, whether the action was an exploratory one.
-    """
-
-    cells: NDArray[np.int32]
-    counters: NDArray[np.int32]
-    actions: NDArray[np.int32]
-    explored: NDArray[np.bool_]
-
-
 @compiled
-def _note(trail, at, begin, executed, action, explores, next_cell, layout, made):
+def _note(trail, at, begin, executed, action, explores, next_cell, layout, made, went):
     """Record the steps of an action that began in a cell; return where the next one is recorded.
 
-    The cells passed follow from the transitions: only the last one is among the numbers of the lane.
+    The cells passed follow from the transitions, except where chance decides: then they are noted in `went`. The last
+    one alone is among the numbers of the lane.
     """
     cell = begin
     for number in range(executed):
         counter = trail.counters[at]
         # Actions that follow no table repeat one step; the fifth step of those that do is to wait.
         step = np.int64(made[number * LANES]) if len(made) else action & 3
-        cell = next_cell[step, cell] if step < 4 else cell
+        cell = np.int64(next_cell[step, cell]) if step < 4 else cell
+        if len(went):
+            cell = np.int64(went[number * LANES])
         trail.actions[at], trail.explored[at] = action, explores
         at += 1
         trail.cells[at] = cell
@@ -72,7 +57,8 @@ def _note(trail, at, begin, executed, action, explores, next_cell, layout, made)
 
 @compiled_and_kept
 def record(
-    next_cell, limits, threshold, rules, observation, layout, generator, lanes, q_after, trail, steps, success, table
+    next_cell, limits, threshold, rules, observation, layout, generator, lanes, q_after, trail, steps, success, table,
+    chance, earnings,
 ):  # fmt: skip
     """Learn one period as `learn` does, and record it.
 
@@ -91,6 +77,8 @@ def record(
         steps: (trials,) int32, output.
         success: (trials,) bool, output.
         table: see `learn`, of this period alone.
+        chance: see `learn`.
+        earnings: see `learn`, of this period alone.
     """
     _, n_goals, cells = observation.shape
     trials = len(steps)
@@ -108,11 +96,14 @@ def record(
     )
     order = np.empty(LANES + 1, dtype=np.int64)
     passed, rewards = lanes.passed.ravel(), lanes.rewards.ravel()
-    made, controls = lanes.made.ravel(), lanes.controls.ravel()
+    made, controls, went = lanes.made.ravel(), lanes.controls.ravel(), lanes.went.ravel()
     observations = index(n_goals * cells)
+    pay = pay_of(lanes, earnings, chance, n_goals * cells)
     rows = np.empty((1, 2), dtype=np.int32)
     start = index(layout[0, 0])
-    begin_period(lanes, 0, 0, observation[0].ravel(), layout[0], generator[0], limits, rules.initial_q, rows, 0, table)
+    begin_period(
+        lanes, 0, 0, observation[0].ravel(), layout[0], generator[0], limits, rules.initial_q, rows, 0, table, earnings
+    )
     at = 0
     for trial in range(trials):
         begin_trial(numbers, values, q, entries, 0, trial, start, threshold, observations, limits)
@@ -128,19 +119,21 @@ def record(
             explores = numbers[WORD] >> _32 < numbers[THRESHOLD]
             if table is None:
                 if one_step:
-                    move_once(numbers, reals, values, q, 1, next_of, entries, limits)
+                    move_once(numbers, reals, values, q, 1, next_of, entries, limits, chance, pay)
+                    if len(went):
+                        went[0] = numbers[CELL]
                 else:
                     singles = sort_by_length(numbers, 1, limits, order)
                     move_on(
                         numbers, reals, values, q, 1, next_of, entries, limits, limit_of, rules, reward_of, discounts,
-                        index(cells), passed, rewards, order, singles,
+                        index(cells), passed, rewards, order, singles, went, chance, pay,
                     )  # fmt: skip
             else:
                 move_by_table(
                     numbers, reals, values, q, 1, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
-                    passed, rewards, made, controls,
+                    passed, rewards, made, controls, went, chance, pay,
                 )  # fmt: skip
-            some_ended, some_seen = update(numbers, reals, values, 1, index(cells), limits, rules, one_step)
+            some_ended, some_seen = update(numbers, reals, values, 1, index(cells), limits, rules, one_step, pay)
             keep(numbers, reals, values, q, 1, some_seen)
             if table is None:
                 if not one_step:
@@ -153,7 +146,7 @@ def record(
                 )  # fmt: skip
             if len(trail.cells):
                 executed = 1 if one_step else np.int64(numbers[EXECUTED])
-                at = _note(trail, at, begin, executed, action, explores, next_cell, layout[0], made)
+                at = _note(trail, at, begin, executed, action, explores, next_cell, layout[0], made, went)
             ended = some_ended
         steps[trial] = numbers[MOVES]
         success[trial] = numbers[ENTRY] & KIND == FINAL_GOAL

@@ -13,12 +13,14 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space.design import DesignPoint, cell_count, stages_of
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.checked import action_table, behaviour_of, observation_codes
+from rl_design_space.learning.earning import earnings, width_of
 from rl_design_space.learning.kernel import learn
 from rl_design_space.learning.lanes import Lanes, empty_lanes, row_width
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import available_memory
-from rl_design_space.learning.optimum import shortest_tours
-from rl_design_space.learning.recording import Path, record
+from rl_design_space.learning.optimum import optimal_steps
+from rl_design_space.learning.recording import record
+from rl_design_space.learning.sequential.method import Notes, Path
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import Tables, learning_tables
 
@@ -37,7 +39,7 @@ class Replay:
         point: the design point.
         period: number of the period.
         layout: (1 + n_goals,) int32, cells of the start and of the goals.
-        optimum: fewest steps possible.
+        optimum: fewest steps possible; in a stochastic world, the fewest that can be expected.
         steps: (trials,) int32, steps of every trial.
         success: (trials,) bool, whether the final goal was reached.
         codes: (n_goals, cells) int64, observation code of every state, by success counter and cell.
@@ -53,7 +55,7 @@ class Replay:
     point: DesignPoint
     period: int
     layout: NDArray[np.int32]
-    optimum: int
+    optimum: float
     steps: NDArray[np.int32]
     success: NDArray[np.bool_]
     codes: NDArray[np.int64]
@@ -78,7 +80,7 @@ class Replay:
         kept = ", ".join(part for part in PARTS if getattr(self, part) is not None)
         return (
             f"Replay of period {self.period}: {len(self.steps)} trials, {self.steps.sum():,} steps, "
-            f"optimum {self.optimum}, {int(self.row.max()) + 1} observations; kept: {kept or 'nothing'}"
+            f"optimum {self.optimum:.15g}, {int(self.row.max()) + 1} observations; kept: {kept or 'nothing'}"
         )
 
 
@@ -129,11 +131,16 @@ class Replayer:
         codes = np.array(observation_codes(self.point, layout[:, 1:]))  # a copy: it may be read-only, another type
         observations = task.goals * cell_count(self.point.world)
         table = action_table(self.point, layout[:, 1:], codes)
-        lanes = empty_lanes(1, observations, tables.limits, tabulated=table is not None)
+        paid = earnings(self.point, tables, layout[:, 1:])
+        lanes = empty_lanes(
+            1, observations, tables.limits, tabulated=table is not None, drawn=tables.chance is not None,
+            earnings=width_of(paid),
+        )  # fmt: skip
         steps, success = np.empty((1, task.trials), dtype=np.int32), np.empty((1, task.trials), dtype=np.bool_)
         rows = np.empty((1, 2), dtype=np.int32)
         common = (tables.next_cell, tables.limits, tables.threshold, tables.rules, codes)
-        learn(*common, 0, layout, generator, lanes, True, steps, success, rows, table, None)
+        running, what = (0, layout, generator, lanes, True), (table, None, tables.chance, paid)
+        learn(*common, *running, steps, success, rows, *what, tables.method)
 
         # Its number of rows and of steps is known now.
         row = _rows(codes[0])
@@ -144,9 +151,15 @@ class Replayer:
         history = np.empty((history_trials, *q_shape))
         numbers, explored = np.empty((3, places), dtype=np.int32), np.zeros(places, dtype=np.bool_)
         trail = Path(numbers[0], numbers[1], numbers[2], explored)
-        again, succeeded = np.empty_like(steps[0]), np.empty_like(success[0])
-        record(*common, layout, generator, lanes, history, trail, again, succeeded, table)
-        if not (np.array_equal(again, steps[0]) and np.array_equal(succeeded, success[0])):
+        again, succeeded = np.empty_like(steps), np.empty_like(success)
+        if tables.method is None:
+            record(
+                *common, layout, generator, lanes, history, trail, again[0], succeeded[0], table, tables.chance, paid
+            )
+        else:
+            noted = tables.method._replace(notes=Notes(trail, history))
+            learn(*common, *running, again, succeeded, rows, *what, noted)
+        if not (np.array_equal(again, steps) and np.array_equal(succeeded, success)):
             raise RuntimeError(f"period {period}: learned again, it took other steps; this is a bug")
         states = (trail.counters * codes.shape[2] + trail.cells)[trail.counters < task.goals]
         visits = np.bincount(states, minlength=observations).reshape(codes.shape[1:])
@@ -154,7 +167,7 @@ class Replayer:
             point=self.point,
             period=period,
             layout=layout[0],
-            optimum=int(shortest_tours(tables.next_cell, layout)[0]),
+            optimum=optimal_steps(tables, layout)[0].item(),
             steps=steps[0],
             success=success[0],
             codes=codes[0],

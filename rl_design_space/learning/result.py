@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space._arrays import FloatArray
+from rl_design_space._arrays import FloatArray, Optimum
 from rl_design_space.learning.archive import read_arrays, write_arrays
 from rl_design_space.learning.measures import MEASURES, SCALARS, scaled_to_equal_steps
 from rl_design_space.learning.stage_record import (
@@ -45,7 +45,7 @@ class LearningCurves:
     Attributes:
         steps: (periods, trials) int32, steps until the final goal; the step cap where it was missed.
         success: (periods, trials) bool, whether the final goal was reached.
-        optimum: (periods,) int32, fewest steps possible.
+        optimum: (periods,) int32, fewest steps possible; float64 in a stochastic world, the fewest to be expected.
         rows: (periods, 2) int32, rows of the Q-matrix, one for each observation that can occur in the period, and rows
             that learning has changed: an action has another value than initially.
         epsilon: (trials,) float64, the exploration schedule.
@@ -60,7 +60,7 @@ class LearningCurves:
 
     steps: NDArray[np.int32]
     success: NDArray[np.bool_]
-    optimum: NDArray[np.int32]
+    optimum: Optimum
     rows: NDArray[np.int32]
     epsilon: FloatArray
     seconds: float = math.nan
@@ -107,7 +107,7 @@ class LearningCurves:
         return total
 
     @cached_property
-    def optima(self) -> NDArray[np.int32]:
+    def optima(self) -> Optimum:
         """(periods, trials) fewest steps possible, or (periods, 1) if they are the same in all trials."""
         if not self.stages:
             return self.optimum[:, np.newaxis]

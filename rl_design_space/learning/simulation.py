@@ -9,17 +9,19 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space.design import DesignPoint, cell_count, stages_of
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.checked import action_table, observation_codes
 from rl_design_space.learning.controls import ActionTable, no_table
 from rl_design_space.learning.cores import available_threads
+from rl_design_space.learning.earning import earnings, width_of
 from rl_design_space.learning.joint import JointLearning
 from rl_design_space.learning.kernel import learn
 from rl_design_space.learning.lanes import Lanes, empty_lanes, row_width, side_by_side
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
-from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.optimum import optimal_steps
 from rl_design_space.learning.precision import next_stage
 from rl_design_space.learning.replay import Part, check_periods, checked_parts, replays
 from rl_design_space.learning.result import LearningCurves
@@ -118,19 +120,20 @@ class Learning(JointLearning):
         self._point = point
         self._tables = learning_tables(point)
         self._layouts = layouts_of(point)
-        self._optimum = shortest_tours(self._tables.next_cell, self._layouts)
+        self._optimum = optimal_steps(self._tables, self._layouts)
         self._generator = behaviour_states(point.seed, task.periods)
         self._steps = np.empty((task.periods, task.trials), dtype=np.int32)
         self._success = np.empty((task.periods, task.trials), dtype=np.bool_)
         self._rows = np.empty((task.periods, 2), dtype=np.int32)
         first = self._copy(begun) if begun else 0
         self._observations, width = task.goals * cells, row_width(len(self._tables.limits))
-        bytes_each = (8 if point.msa.repeats else 12) * self._observations * width
+        self._no_earnings = earnings(point, self._tables, self._layouts[:0, 1:])
+        bytes_each = (8 if point.msa.repeats else 12) * self._observations * width + 8 * width_of(self._no_earnings)
         self._lanes = side_by_side(task.periods - first, threads, bytes_each)
         self._nothing = np.empty((0, task.goals, cells), dtype=np.int64)
         self._no_table = None if point.msa.repeats else no_table(self._observations, len(self._tables.limits))
         # Without periods: this compiles, or loads compiled code, outside the measured time.
-        self._learn(self._nothing, self._no_table, 0, self._empty_lanes(1), drain=True)
+        self._learn(self._nothing, self._no_table, self._no_earnings, 0, self._empty_lanes(1), drain=True)
         self.begin(_shares(first, task.periods, threads, self._lanes, self._observations))
 
     def curves(self) -> LearningCurves:
@@ -157,20 +160,35 @@ class Learning(JointLearning):
         while (share := self.next_share()) is not None:
             goals = self._layouts[share, 1:]
             codes = observation_codes(self._point, goals)
-            self._learn(codes, action_table(self._point, goals, codes), share.start, lanes, drain=False)
-        self._learn(self._nothing, self._no_table, 0, lanes, drain=True)
+            paid = earnings(self._point, self._tables, goals)
+            self._learn(codes, action_table(self._point, goals, codes), paid, share.start, lanes, drain=False)
+        self._learn(self._nothing, self._no_table, self._no_earnings, 0, lanes, drain=True)
 
     def _empty_lanes(self, lanes: int) -> Lanes:
-        tabulated = self._no_table is not None
-        return empty_lanes(lanes, self._observations, self._tables.limits, tabulated=tabulated)
+        return empty_lanes(
+            lanes,
+            self._observations,
+            self._tables.limits,
+            tabulated=self._no_table is not None,
+            drawn=self._tables.chance is not None,
+            earnings=width_of(self._no_earnings),
+        )
 
     def _learn(
-        self, codes: NDArray[np.int64], table: ActionTable | None, first: int, lanes: Lanes, *, drain: bool
+        self,
+        codes: NDArray[np.int64],
+        table: ActionTable | None,
+        paid: FloatArray | None,
+        first: int,
+        lanes: Lanes,
+        *,
+        drain: bool,
     ) -> None:
         tables = self._tables
         learn(
             tables.next_cell, tables.limits, tables.threshold, tables.rules, codes, first, self._layouts,
             self._generator, lanes, drain, self._steps, self._success, self._rows, table, None,
+            tables.chance, paid, tables.method,
         )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space._arrays import FloatArray
+from rl_design_space._arrays import FloatArray, Optimum
 
 #: Name of the learning curve that says of each trial in which stage it is.
 STAGE_CURVE = "stage"
@@ -34,7 +34,7 @@ class StageRecord(NamedTuple):
 
     trials: int
     side: float
-    optimum: NDArray[np.int32]
+    optimum: Optimum
     rows: NDArray[np.int32]
     carried: NDArray[np.int32]
 

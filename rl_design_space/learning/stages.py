@@ -24,11 +24,12 @@ from rl_design_space.learning.carrying import (
 )
 from rl_design_space.learning.checked import action_table, ancestors, observation_codes, portable_codes
 from rl_design_space.learning.controls import ActionTable, no_table
+from rl_design_space.learning.earning import earnings, width_of
 from rl_design_space.learning.joint import JointLearning
 from rl_design_space.learning.kernel import learn
 from rl_design_space.learning.lanes import empty_lanes, row_width, side_by_side
 from rl_design_space.learning.memory import check_memory
-from rl_design_space.learning.optimum import shortest_tours
+from rl_design_space.learning.optimum import optimal_steps
 from rl_design_space.learning.refining import refine_into
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.stage_layouts import StageScene, stage_layouts
@@ -155,7 +156,7 @@ class _Stage:
         #: Whether the next stage asks for the TD errors of this one.
         self.collects = bool(following and following.refine and following.refine.split == "disagreeing")
         self.tables = learning_tables(point)
-        self.optimum = shortest_tours(self.tables.next_cell, layouts)
+        self.optimum = optimal_steps(self.tables, layouts)
         self.width, self.states = row_width(len(self.tables.limits)), point.task.goals * cell_count(point.world)
         self.values = self.states * self.width
         shape = (len(layouts), point.task.trials)
@@ -208,7 +209,7 @@ class _Played:
 
     def begin_anew(self) -> None:
         """Begin with initial values."""
-        self._kept = np.full((len(self._codes), self._stage.values), self._stage.point.learner.initial_q)
+        self._kept = np.full((len(self._codes), self._stage.values), self._stage.tables.rules.initial_q)
 
     def begin_where_ended(self, before: _Played) -> None:
         """Begin with the Q-matrices that a stage of equal observations has ended with."""
@@ -220,7 +221,7 @@ class _Played:
         stage = self._stage
         self._kept = np.empty((len(self._codes), stage.values))
         remember(memory, before._codes, before._rows, before._kept, stage.width)
-        initial_q = stage.point.learner.initial_q
+        initial_q = stage.tables.rules.initial_q
         recall(memory, self._codes, self._rows, initial_q, stage.width, self._kept, self._carried)
 
     def begin_with_ancestors(self, before: _Played) -> None:
@@ -232,7 +233,7 @@ class _Played:
             rule = same_place if isinstance(stage.carry, str) else stage.carry
             found = ancestors(rule, *scenes) if batch.stop else self._codes
             inherit(
-                found, batch.start, before._rows, before._kept, self._rows, stage.point.learner.initial_q,
+                found, batch.start, before._rows, before._kept, self._rows, stage.tables.rules.initial_q,
                 stage.width, self._kept, self._carried,
             )  # fmt: skip
 
@@ -240,9 +241,17 @@ class _Played:
         """Learn the stage in all periods of the share."""
         stage, share, tables = self._stage, self._share, self._stage.tables
         tabulated = not stage.point.msa.repeats
+        paid = earnings(stage.point, tables, self._layouts[:, 1:])
         lanes = side_by_side(max(1, len(self._kept)), 1, (12 if tabulated else 8) * stage.values)
         running = empty_lanes(
-            lanes, stage.states, tables.limits, tabulated=tabulated, kept=self._kept, states=self._generator
+            lanes,
+            stage.states,
+            tables.limits,
+            tabulated=tabulated,
+            drawn=tables.chance is not None,
+            earnings=width_of(paid),
+            kept=self._kept,
+            states=self._generator,
         )
         # Read-only, as in other points: the kernel would be compiled again for another type.
         generator = self._generator.view()
@@ -250,7 +259,7 @@ class _Played:
         learn(
             tables.next_cell, tables.limits, tables.threshold, tables.rules, self._codes, 0, self._layouts, generator,
             running, True, stage.steps[share], stage.success[share], stage.rows[share], self._table(),
-            self._errors if stage.collects else None,
+            self._errors if stage.collects else None, tables.chance, paid, tables.method,
         )  # fmt: skip
 
     def _table(self) -> ActionTable | None:

@@ -40,7 +40,7 @@ def updated(old, gain, discount, best_next, rules):
 
 
 @inlined
-def update(numbers, reals, values, running, cells, limits, rules, one_step):
+def update(numbers, reals, values, running, cells, limits, rules, one_step, pay):
     """Compute the new Q-values of the chosen actions, and the next states of the agents.
 
     The best value of the next state is taken before this update. The target includes it unless the next state is
@@ -59,10 +59,13 @@ def update(numbers, reals, values, running, cells, limits, rules, one_step):
             value = values[index(other * LANES) + lane]
             best_next = value if value > best_next else best_next
         if one_step:
-            gain = rules.step_reward
-            gain = rules.out_of_order_reward if kind == OUT_OF_ORDER else gain
-            gain = rules.sub_goal_reward if kind == SUB_GOAL else gain
-            gain = rules.final_goal_reward if terminal else gain
+            if pay is None:
+                gain = rules.step_reward
+                gain = rules.out_of_order_reward if kind == OUT_OF_ORDER else gain
+                gain = rules.sub_goal_reward if kind == SUB_GOAL else gain
+                gain = rules.final_goal_reward if terminal else gain
+            else:
+                gain = reals[RETURN + lane]
             discount, made = rules.gamma, _1
             # Without a condition: conditional stores are not vectorised.
             numbers[STAGE + lane] += cells & (_0 - (kind >> _1))

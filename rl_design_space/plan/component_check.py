@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.design import DesignPoint, stages_of
+from rl_design_space.design import DesignPoint, possible_cells, stages_of
 from rl_design_space.design.identity import full_name, function_name, is_shipped
+from rl_design_space.design.ways import missing_way
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import checked
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.stage_layouts import StageScene, stage_layouts
-from rl_design_space.learning.ways import missing_way
 
 #: Arrays that components return, by choice, class and method.
 _Tables = Mapping[str, NDArray[Any]]
@@ -49,7 +49,7 @@ class ComponentCheck:
         task, world = point.task, point.world
         self._run(_world, point, (world,), task.goals)
         self._run(_schedule, point, (point.exploration,), task.trials)
-        self._run(_rewards, point, (point.reward,))
+        self._run(_rewards, point, (point.reward, world), task.goals)
         self._run(_limits, point, (point.msa,))
         self._run(_actions, point, (point.msa, point.representation, world), task.goals)
         self._run(_codes, point, (point.representation, world), task.goals)
@@ -103,16 +103,18 @@ def _rebuilt(component: Any) -> Any:
 
 
 def _world(point: DesignPoint) -> _Tables:
-    next_cell, cells = checked.transitions(point), checked.places(point)
+    next_cell, cells, outcomes = checked.transitions(point), checked.places(point), checked.outcomes(point)
     name = full_name(type(point.world))
-    if missing := missing_way(next_cell, cells):
+    method = "next_cell" if outcomes is None else "outcomes"
+    if missing := missing_way(next_cell if outcomes is None else possible_cells(outcomes), cells):
         width = point.world.shape[0]
         origin, goal = (f"(x={cell % width}, y={cell // width})" for cell in missing)
         raise ConfigError(
-            f"world: {name}.next_cell() leaves no way from {origin} to {goal}, so a goal there "
+            f"world: {name}.{method}() leaves no way from {origin} to {goal}, so a goal there "
             "could not be reached; leave such cells out of open_cells(), or open a way"
         )
-    return {f"world: {name}.next_cell()": next_cell, f"world: {name}.open_cells()": cells}
+    drawn = {} if outcomes is None else {f"world: {name}.outcomes()": np.concatenate(outcomes, axis=-1)}
+    return {f"world: {name}.next_cell()": next_cell, f"world: {name}.open_cells()": cells, **drawn}
 
 
 def _schedule(point: DesignPoint) -> _Tables:
@@ -120,7 +122,15 @@ def _schedule(point: DesignPoint) -> _Tables:
 
 
 def _rewards(point: DesignPoint) -> _Tables:
-    return {f"reward: {full_name(type(point.reward))}.table()": checked.rewards(point)}
+    name, goals = full_name(type(point.reward)), layouts_of(point, periods=2)[:, 1:]
+    outcomes = checked.outcomes(point)
+    k = 1 if outcomes is None else outcomes.cells.shape[-1]
+    height, more = checked.potential(point, goals), checked.by_transition(point, goals, k)
+    return {
+        f"reward: {name}.table()": checked.rewards(point),
+        **({} if height is None else {f"reward: {name}.potential()": height}),
+        **({} if more is None else {f"reward: {name}.by_transition()": more}),
+    }
 
 
 def _limits(point: DesignPoint) -> _Tables:

@@ -43,6 +43,7 @@ class Study:
         plan: its design points, without duplicates.
         usual_periods: the most periods of a point without the overrides; of included studies, those of the least.
         included: the studies that it includes.
+        report_options: arguments of the command that writes its report, beside the overrides.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Study:
     plan: Plan
     usual_periods: int = _PERIODS
     included: tuple[Study, ...] = ()
+    report_options: tuple[str, ...] = ()
 
     @property
     def command(self) -> str:
@@ -60,7 +62,8 @@ class Study:
     @property
     def report_command(self) -> str:
         """The command that writes its report."""
-        return shlex.join(["rl-design-report", *user_config.flags(), self.name, *self.overrides])
+        words = ["rl-design-report", *user_config.flags(), self.name, *self.overrides, *self.report_options]
+        return shlex.join(words)
 
     @property
     def mark(self) -> str:

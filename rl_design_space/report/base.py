@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Self
 from urllib.parse import quote
 
 import pandas as pd
@@ -14,9 +15,16 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.config.build import construct
+from rl_design_space.errors import ConfigError
+from rl_design_space.report.fitting import fit
+from rl_design_space.report.latex import latex_table
+from rl_design_space.report.look import LATEX, PDF, Look
+from rl_design_space.report.markdown import Table, table
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.spreadsheet import without_formulas
-from rl_design_space.report.style import save
+from rl_design_space.report.style import DOTS_PER_INCH, PRINTED, add_mark, number, save
+from rl_design_space.report.words import Words
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
@@ -30,10 +38,11 @@ Text = Annotated[str, Field(min_length=1)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Report(ABC):
+class Report(Look, ABC):
     """A picture of runs, with its numbers and a text.
 
-    Picture and text are made of the frames alone: what they show can be checked without drawing.
+    Picture and text are made of the frames alone: what they show can be checked without drawing. How they look, see
+    `Look`, is the same in all reports.
 
     Attributes:
         title: heading of the report and its picture.
@@ -49,6 +58,10 @@ class Report(ABC):
     def heading(self) -> str:
         """The title, or one made of the other fields where it may be empty."""
         return self.title
+
+    def heading_of(self, frames: Frames) -> str:
+        """Return the heading of what is shown; files are named after `heading`, whatever that is."""
+        return self.heading
 
     @abstractmethod
     def frames(self, runs: Runs) -> Frames:
@@ -101,22 +114,76 @@ class Report(ABC):
             runs: what the report shows.
             stem: path of the files without their suffix.
         """
+        runs = runs if "order" in self.own else runs.ordered(self.order)
         frames = self.frames(runs)
         stem.parent.mkdir(parents=True, exist_ok=True)
-        paths = save(self.draw(frames), stem, runs.mark)
+        paths = self._save(self.draw(frames), self.heading_of(frames), stem, runs.mark)
         for name, frame in self.csv(frames).items():
             paths.append(stem.with_name(f"{stem.name}{name}.csv"))
             without_formulas(frame).to_csv(paths[-1], index=False)
         paths.append(stem.with_name(f"{stem.name}.md"))
-        pictures = [_picture(self.shows or self.heading, stem.name)]
+        heading = self._in_words(self.heading_of(frames))
+        pictures = [_picture(self.shows or heading, stem.name)]
         for name, shows, figure in self.more_pictures(frames):
             pictures.append(_picture(shows, f"{stem.name}{name}"))
-            paths[-1:-1] = save(figure, stem.with_name(f"{stem.name}{name}"), runs.mark)
+            paths[-1:-1] = self._save(figure, self.heading_of(frames), stem.with_name(f"{stem.name}{name}"), runs.mark)
         first, *more = pictures
-        parts = [f"# {self.heading}", first, runs.made_by, *runs.remarks, *self.text(frames), *more, *self.notes]
+        text = [_labelled(part, self.words) for part in self.text(frames)]
+        if LATEX in self.format:
+            paths[-1:-1] = _write_tables(self.tables(frames), self.table_words, stem, [heading, runs.made_by])
+        parts = [f"# {heading}", first, runs.made_by, *runs.remarks, *text, *more, *self.notes]
         paths[-1].write_text("\n\n".join(parts) + "\n", encoding="utf-8")
-        runs.tell(self.numbers(frames))
+        runs.tell([self.words(line) for line in self.numbers(frames)])
         return paths
+
+    def tables(self, frames: Frames) -> list[pd.DataFrame]:
+        """Return the tables that are written for LaTeX, as texts: those of the text; else the main numbers."""
+        found = [part.frame for part in self.text(frames) if isinstance(part, Table)]
+        return found or [frames[MAIN].map(lambda cell: number(cell) if isinstance(cell, float) else str(cell))]
+
+    def looking(self, look: Mapping[str, Any]) -> Self:
+        """Return the report with other values of the fields of `Look`; labels and orders are added.
+
+        Raises:
+            ConfigError: a value is not allowed.
+        """
+        if not look:
+            return self
+        for name in self.own:
+            if name in look:
+                kind = type(self).__name__
+                raise ConfigError.at(
+                    name, look[name], f"means something else for {kind}; change it in the study's file"
+                )
+        both = {name: {**getattr(self, name), **look[name]} for name in ("labels", "order") if name in look}
+        values = {field.name: getattr(self, field.name) for field in fields(self) if field.init}
+        return construct(type(self), {**values, **look, **both})
+
+    def _in_words(self, heading: str) -> str:
+        return self.title or self.words.heading(heading)
+
+    def _save(self, figure: Figure, heading: str, stem: Path, mark: str) -> list[Path]:
+        self.words.write_into(figure, {self.title: self.title, heading: self._in_words(heading)})
+        add_mark(figure, mark)
+        fit(figure, self.width, self.height, self.font_size)
+        dots = PRINTED if self.width or self.height else DOTS_PER_INCH
+        return save(figure, stem, dots, pdf=PDF in self.format)
+
+
+def _labelled(part: str, words: Words) -> str:
+    if not words:
+        return part
+    return table(words.frame(part.frame)) if isinstance(part, Table) else words.paragraph(part)
+
+
+def _write_tables(frames: Sequence[pd.DataFrame], words: Words, stem: Path, made_by: Sequence[str]) -> list[Path]:
+    """Write a file for each table; the first has the name of the report."""
+    paths = []
+    for place, frame in enumerate(frames, 1):
+        paths.append(stem.with_name(f"{stem.name}{f'_{place}' if place > 1 else ''}.tex"))
+        comment = [*made_by, "Needs the package booktabs."]
+        paths[-1].write_text(latex_table(words.frame(frame), comment), encoding="utf-8")
+    return paths
 
 
 def _picture(shows: str, name: str) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Sequence
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -49,6 +50,8 @@ class Best(Report):
     given: Annotated[dict[str, Any], Field(default_factory=dict)]
     title: str = ""
 
+    choosable: ClassVar[Sequence[str]] = ("scale",)
+
     @property
     def heading(self) -> str:
         return self.title or f"The best designs by {self._measure}{given_label(self.given)}"
@@ -89,7 +92,7 @@ class Best(Report):
         return {MAIN: frames[MAIN]}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self._measure, self.heading)
+        return _draw(frames[MAIN], self._measure, self)
 
     def text(self, frames: Frames) -> list[str]:
         """Return the designs of the set and the next ones, and what the columns mean."""
@@ -158,7 +161,7 @@ def _periods(value: float) -> str:
 
 
 @style.styled()
-def _draw(rows: pd.DataFrame, value: str, title: str) -> Figure:
+def _draw(rows: pd.DataFrame, value: str, look: Best) -> Figure:
     shown = rows.head(_DRAWN)
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(9.5, max(3.0, 0.27 * len(shown) + 1.6)), layout="constrained", sharey=True, width_ratios=(3, 1)
@@ -174,7 +177,7 @@ def _draw(rows: pd.DataFrame, value: str, title: str) -> Figure:
         right.barh(y[which], shown["probability_best"][which], color=colour, height=0.6)
     left.set_yticks(y, [name or "the design" for name in _labels(shown)], fontsize=7.5)
     left.set_ylim(-0.7, len(shown) - 0.3)
-    if shown["low"].min() > 0 and shown["high"].max() / shown["low"].min() >= style.DECADE:
+    if look.is_log(pd.concat([shown["low"], shown["high"]])):
         left.set_xscale("log")
         left.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         left.xaxis.set_minor_formatter(NullFormatter())
@@ -188,5 +191,5 @@ def _draw(rows: pd.DataFrame, value: str, title: str) -> Figure:
     for axis in (left, right):
         style.tidy(axis)
     more = f" (the first {len(shown)} of {len(rows):,})" if len(rows) > len(shown) else ""
-    figure.suptitle(f"{title}{more}", fontsize=11)
+    figure.suptitle(f"{look.heading}{more}", fontsize=11)
     return figure

@@ -15,15 +15,17 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-# Even in lightness from end to end, so that it can be read in grey and by colour-blind readers.
-_COLOURS = "cividis_r"
+from rl_design_space.report.look import COLOURS
+
 _HATCH: dict[str, Any] = {"hatch": "///", "fill": False, "edgecolor": "0.6"}
 
 #: Height within the cell, text, and its style.
 Line = tuple[float, str, dict[str, Any]]
 
 
-def colour_cells(axis: Axes, values: pd.DataFrame, norm: Normalize, square: bool = False) -> list[list[str]]:
+def colour_cells(
+    axis: Axes, values: pd.DataFrame, norm: Normalize, square: bool = False, colour_map: str = COLOURS
+) -> list[list[str]]:
     """Colour the cells of a table.
 
     Args:
@@ -31,12 +33,13 @@ def colour_cells(axis: Axes, values: pd.DataFrame, norm: Normalize, square: bool
         values: of the cells; NaN stays white.
         norm: scale of the colours.
         square: whether cells are as high as they are wide.
+        colour_map: name of the colours.
 
     Returns:
         The colour of text that can be read on each cell, by row and column.
     """
     sns.heatmap(
-        values, ax=axis, norm=norm, vmin=norm.vmin, vmax=norm.vmax, cmap=_COLOURS, cbar=False,
+        values, ax=axis, norm=norm, vmin=norm.vmin, vmax=norm.vmax, cmap=colour_map, cbar=False,
         square=square, linewidths=1.5, linecolor="white"
     )  # fmt: skip
     axis.tick_params(length=0)
@@ -46,9 +49,9 @@ def colour_cells(axis: Axes, values: pd.DataFrame, norm: Normalize, square: bool
     return [["black" if light > 0.5 else "white" for light in row] for row in lightness]
 
 
-def colour_bar(figure: Figure, axes: list[Axes], norm: Normalize, **how: Any) -> Colorbar:
+def colour_bar(figure: Figure, axes: list[Axes], norm: Normalize, colour_map: str = COLOURS, **how: Any) -> Colorbar:
     """Draw the scale of the colours beside axes; `how` goes to `Figure.colorbar`."""
-    bar = figure.colorbar(plt.cm.ScalarMappable(norm=norm, cmap=_COLOURS), ax=axes, **how)
+    bar = figure.colorbar(plt.cm.ScalarMappable(norm=norm, cmap=colour_map), ax=axes, **how)
     bar.minorticks_off()
     return bar
 

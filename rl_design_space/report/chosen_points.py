@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from typing import Any, Self
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
-from rl_design_space.report.parameters import order
+from rl_design_space.report.ordering import Ordering
 from rl_design_space.report.points import Point, allowing, by_design, different_choices, having
 from rl_design_space.tracking.selection import Where
 
@@ -24,9 +24,15 @@ class ChosenPoints:
     def __init__(self, points: Iterable[Point], name: str) -> None:
         self.points = list(points)
         self._name = name
+        #: Of the values of parameters.
+        self.ordering = Ordering()
 
-    def check(self, names: Iterable[str]) -> None:
+    def check(self, names: Iterable[str], prefix: str = "") -> None:
         """Refuse names of parameters that no point has.
+
+        Args:
+            names: of the parameters.
+            prefix: of each name in messages.
 
         Raises:
             ConfigError: there is such a name; the nearest right one is named.
@@ -34,7 +40,7 @@ class ChosenPoints:
         for name in names:
             if not any(name in point.parameters for point in self.points):
                 known = {name for point in self.points for name in point.parameters}
-                raise ConfigError.unknown("parameter of these runs", name, known)
+                raise ConfigError.unknown("parameter of these runs", name, known, prefix)
 
     def under(self, reading: Where) -> Self:
         """Return the same without the points that have one of these parameters with another value.
@@ -49,6 +55,20 @@ class ChosenPoints:
         """Return the same with some of the points alone."""
         runs = copy(self)  # with the results that are read already
         runs.points = list(points)
+        return runs
+
+    def ordered(self, values: Mapping[str, Sequence[Any]]) -> Self:
+        """Return the same with another order of the values of some parameters.
+
+        Raises:
+            ConfigError: no point has a parameter of such a name, or one with such a value.
+        """
+        if not values:
+            return self
+        self.check(values, "order.")
+        runs = copy(self)
+        known = {name: {point.parameters.get(name) for point in self.points} for name in values}
+        runs.ordering = self.ordering.replaced(values, known)
         return runs
 
     def where(self, where: Where) -> list[Point]:
@@ -104,4 +124,4 @@ class ChosenPoints:
         groups: dict[tuple[Any, ...], list[Point]] = {}
         for point in self.points if points is None else points:
             groups.setdefault(point.key(names), []).append(point)
-        return dict(sorted(groups.items(), key=lambda group: [order(value) for value in group[0]]))
+        return dict(sorted(groups.items(), key=lambda group: self.ordering.keys(names, group[0])))

@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from pydantic.dataclasses import dataclass
 
-from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.averaging import estimate_difference, mean_of_runs, value_of_sides
 from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import Measure, measure
+from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report
-from rl_design_space.report.bounds import BOUNDS, notes, shown, shown_interval, without_exact
+from rl_design_space.report.bounds import notes, shown, shown_interval, without_exact
+from rl_design_space.report.fitting import make_room
+from rl_design_space.report.look import LINEAR, RATIO
+from rl_design_space.report.many import HALF, MOST, Named, Top, named
 from rl_design_space.report.markdown import table
-from rl_design_space.report.parameters import SEED, check_averaged, label, order
+from rl_design_space.report.pairs import OF_RATIO, Pair, ratio_of, row_of
+from rl_design_space.report.parameters import SEED, check_averaged, label
 from rl_design_space.report.points import Point, repetition
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import DARK_BLUE, beyond, styled, tidy
+from rl_design_space.report.style import DARK_BLUE, beyond, interval, show_ratios, styled, tidy
 from rl_design_space.tracking.run_frame import typed
 
 #: Name of the row of all pairs together.
@@ -34,26 +37,17 @@ _ALL = "all pairs"
 #: Height of a row and longest side of the picture, in inches.
 _HEIGHT, _LONGEST = 0.36, 40
 
+#: Columns of what is drawn.
+_OF_DIFFERENCE = "difference", "low", "high"
+_RATIOS = (
+    "Ratio: of the means; of all pairs, the geometric mean. Its interval is that of the linear part of its logarithm."
+)
 _PAIRED = (
     "Paired by period of each seed: both sides met the same starts and goals, unless seed, world or number of goals is "
     "what is compared."
 )
 #: Parameters by name in which both sides of a pair are equal.
 _Rest = tuple[tuple[str, Any], ...]
-
-
-class _Pair(NamedTuple):
-    """Two sides that are equal in everything else, for one seed.
-
-    Attributes:
-        before: results of one side, equally many periods of each.
-        after: results of the other side.
-        repetition: designs of both sides, and their seed.
-    """
-
-    before: list[LearningCurves]
-    after: list[LearningCurves]
-    repetition: Repetition
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -63,11 +57,16 @@ class Compare(Report):
     Points of equal seed and size meet the same starts and goals, so each period of one is compared with the same
     period of the other: which layouts were drawn does not matter.
 
+    Of more than `top` pairs, the largest effects are shown, and where most pairs lie. Effects of many pairs are ratios,
+    because a difference is as large as the numbers of its pair; `scale` chooses.
+
     Attributes:
         a: values of parameters, as on the command line: `representation=ad_hoc`; several with spaces between.
         b: values of the same parameters on the other side.
         value: measure that is compared, see docs/reports.md.
         mean: whether runs of one side that differ in what is compared are averaged, period by period.
+        named: pairs that are shown in any case, by values that they have.
+        top: number of pairs that picture and text show, the largest effects first; all are in the CSV file.
         title: heading of the report and its picture; made of the other fields if empty.
     """
 
@@ -75,14 +74,22 @@ class Compare(Report):
     b: str
     value: MeasureName = "total_steps"
     mean: bool = False
+    named: Named = ()
+    top: Top = 20
     title: str = ""
+
+    choosable: ClassVar[Sequence[str]] = ("order", "scale")
+    scales: ClassVar[Sequence[str]] = (LINEAR, RATIO)
 
     @property
     def heading(self) -> str:
         return self.title or f"{self.value}: {self.b} minus {self.a}"
 
     def frames(self, runs: Runs) -> Frames:
-        """Return pair, a, b, difference (b − a), low, high (95 %, paired), periods: one row a pair, all pairs last."""
+        """Return pair, a, b, difference (b − a), low, high (95 %, paired), periods: one row a pair, all pairs last.
+
+        Where ratios are shown, ratio, ratio_low and ratio_high are those of the means, b / a, see `pairs.ratio_of`.
+        """
         sides = [_wanted(side) for side in (self.a, self.b)]
         if sides[0] == sides[1]:
             raise ConfigError(f"{self.a}, {self.b}: both sides are the same; name two that differ")
@@ -96,8 +103,8 @@ class Compare(Report):
                 f"{self.a}, {self.b}: no two runs are equal in everything else ({found[0]} and {found[1]} runs)"
             )
         others = differing([dict(rest) for rest in common], beside=compared)
-        pairs: dict[tuple[Any, ...], list[_Pair]] = {}
-        for rest in sorted(common, key=lambda rest: [order(dict(rest).get(name)) for name in others]):
+        pairs: dict[tuple[Any, ...], list[Pair]] = {}
+        for rest in sorted(common, key=lambda rest: [runs.ordering.key(name, dict(rest).get(name)) for name in others]):
             key = tuple(dict(rest).get(name) for name in others if name != SEED)
             pairs.setdefault(key, []).append(self._pair(runs, ours[rest], theirs[rest], dict(rest)))
         names, measured = [name for name in others if name != SEED], measure(self.value)
@@ -105,9 +112,14 @@ class Compare(Report):
             if len({pair.repetition.design for pair in seeds}) > 1:
                 where = f" of {label(names, key)}" if names else ""
                 raise ConfigError(f"{SEED}: not all runs{where} that are averaged have the same seeds; use --where")
-        rows = [{"pair": label(names, key) or "the pair", **_row(measured, seeds)} for key, seeds in pairs.items()]
+        shown_pairs = {label(names, key) or "the pair": seeds for key, seeds in pairs.items()}
         if len(pairs) > 1:
-            rows.append({"pair": _ALL, **_row(measured, [pair for seeds in pairs.values() for pair in seeds])})
+            shown_pairs[_ALL] = [pair for seeds in pairs.values() for pair in seeds]
+        rows = [{"pair": name, **row_of(measured, seeds)} for name, seeds in shown_pairs.items()]
+        if self.scale == RATIO or (not self.scale and len(pairs) > self.top):
+            rows = [
+                {**row, **ratio_of(measured, seeds)} for row, seeds in zip(rows, shown_pairs.values(), strict=True)
+            ]  # fmt: skip
         return {MAIN: without_exact(pd.DataFrame(rows))}
 
     def _by_rest(self, runs: Runs, side: Mapping[str, Any], compared: set[str]) -> dict[_Rest, list[Point]]:
@@ -126,12 +138,12 @@ class Compare(Report):
             check_averaged([point.choices for point in points], f"side ({name})", advice, self.mean)
         return found
 
-    def _pair(self, runs: Runs, ours: Sequence[Point], theirs: Sequence[Point], rest: Mapping[str, Any]) -> _Pair:
+    def _pair(self, runs: Runs, ours: Sequence[Point], theirs: Sequence[Point], rest: Mapping[str, Any]) -> Pair:
         before, after = (self._results(runs, points) for points in (ours, theirs))
         common = min(len(each.steps) for each in (*before, *after))
         before, after = ([each.first(common) for each in side] for side in (before, after))
         designs = tuple(repetition(point).design for point in (*ours, *theirs))
-        return _Pair(before, after, Repetition(designs, rest.get(SEED)))
+        return Pair(before, after, Repetition(designs, rest.get(SEED)))
 
     def _results(self, runs: Runs, points: Sequence[Point]) -> list[LearningCurves]:
         """Return the results of the points of one side."""
@@ -141,11 +153,20 @@ class Compare(Report):
         return results
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.value, self.heading)
+        return _draw(frames[MAIN], self)
+
+    def heading_of(self, frames: Frames) -> str:
+        heading = self.heading
+        return heading.replace(" minus ", " over ") if not self.title and _has_ratios(frames[MAIN]) else heading
 
     def text(self, frames: Frames) -> list[str]:
-        """Return one row for each pair."""
-        pairs, rows = frames[MAIN], frames[MAIN].to_dict("records")
+        """Return one row for each pair, or for those with the largest effects."""
+        pairs = self.shown_pairs(frames[MAIN])
+        rows = pairs.to_dict("records")
+        ratios = {
+            "ratio": pairs["ratio"].map(lambda ratio: "–" if np.isnan(ratio) else f"{ratio:.3g}"),
+            "95 % interval ": list(map(interval, pairs["ratio_low"], pairs["ratio_high"])),
+        } if "ratio" in pairs else {}  # fmt: skip
         texts = pd.DataFrame(
             {
                 "pair": pairs["pair"],
@@ -153,32 +174,88 @@ class Compare(Report):
                 self.b: [shown(pair, "b") for pair in rows],
                 "difference": [shown(pair, "difference") for pair in rows],
                 "95 % interval": list(map(shown_interval, rows)),
+                **ratios,
                 "periods": pairs["periods"],
             }
         )
-        return [table(texts), _PAIRED, *notes(pairs)]
+        more = [f"{len(pairs) - 1} of {len(frames[MAIN]) - 1} pairs; the CSV file has the others."]
+        return [
+            *(more if len(pairs) < len(frames[MAIN]) else []),
+            table(texts),
+            _PAIRED,
+            *([_RATIOS] if ratios else []),
+            *notes(pairs),
+        ]
+
+    def shown_pairs(self, pairs: pd.DataFrame) -> pd.DataFrame:
+        """Return the pairs that picture and text show: all, or the largest effects and those that are named.
+
+        Raises:
+            ConfigError: there are no such pairs as were named.
+        """
+        single = pairs[pairs["pair"] != _ALL]
+        wanted = named(single["pair"], self.named)
+        if len(single) <= self.top:
+            return pairs
+        size = _effects(single).abs().fillna(0)
+        largest = single.loc[size.sort_values(ascending=False, kind="stable").index]
+        is_named = largest["pair"].isin(wanted)
+        most = pd.concat([largest[is_named], largest[~is_named].head(max(0, self.top - len(wanted)))])
+        return pd.concat([most.loc[_effects(most).sort_values(kind="stable").index], pairs[pairs["pair"] == _ALL]])
+
+
+def _effects(pairs: pd.DataFrame) -> pd.Series[float]:
+    """Return the logarithm of the ratio of each pair, or its difference if a ratio is not known."""
+    return np.log(pairs["ratio"]) if _has_ratios(pairs) else pairs["difference"]
+
+
+def _has_ratios(pairs: pd.DataFrame) -> bool:
+    return "ratio" in pairs and bool(pairs["ratio"].notna().all())
 
 
 @styled()
-def _draw(frame: pd.DataFrame, value: str, title: str) -> Figure:
+def _draw(every: pd.DataFrame, look: Compare) -> Figure:
+    frame = look.shown_pairs(every)
     height = min(_HEIGHT * len(frame) + 1.6, _LONGEST)
     figure, axis = plt.subplots(figsize=(7.5, height), layout="constrained")
     y = np.arange(len(frame))[::-1]
-    reach = beyond(frame["low"], frame["difference"], frame["high"])
-    clear = (frame["low"] > 0) | (frame["high"] < 0)
+    ratios = _has_ratios(every)
+    value, low, high = (frame[name] for name in (OF_RATIO if ratios else _OF_DIFFERENCE))
+    none = 1 if ratios else 0
+    reach = beyond(low, value, high)
+    clear = (low > none) | (high < none)
     for which, face in ((clear, DARK_BLUE), (~clear, "white")):
         axis.errorbar(
-            frame["difference"][which], y[which], xerr=reach[:, which], fmt="o",
+            value[which], y[which], xerr=reach[:, which], fmt="o",
             color=DARK_BLUE, markerfacecolor=face, markersize=5, linewidth=1.2,
         )  # fmt: skip
-    axis.axvline(0, color="0.4", linewidth=1)
+    axis.axvline(none, color="0.4", linewidth=1)
     axis.set_yticks(y, frame["pair"])
     axis.set_ylim(-0.6, len(frame) - 0.4)
     axis.xaxis.set_major_formatter(lambda number_, _: f"{number_:,g}")
-    axis.set_xlabel(f"difference of {value} with its 95 % interval; hollow: the interval contains 0")
-    axis.set_title(title, fontsize=11)
+    what = f"{look.value}: {look.b} over {look.a}" if ratios else f"difference of {look.value}"
+    axis.set_xlabel(f"{what} with its 95 % interval; hollow: the interval contains {none}")
+    if ratios:
+        show_ratios(axis.xaxis, float(low.min()), float(high.max()))
+    if len(frame) < len(every):
+        _draw_range(axis, every[every["pair"] != _ALL]["ratio" if ratios else "difference"])
+    axis.set_title(look.heading_of({MAIN: every}), fontsize=11)
     tidy(axis)
+    if len(frame) < len(every):
+        make_room(figure)
     return figure
+
+
+def _draw_range(axis: Axes, effects: pd.Series[float]) -> None:
+    """Draw where most of all pairs lie behind those that are shown."""
+    for (low, high), colour, name in (
+        (MOST, "0.94", f"80 % of all {len(effects)} pairs"),
+        (HALF, "0.86", "half of them"),
+    ):
+        axis.axvspan(*effects.quantile([low, high]), color=colour, linewidth=0, zorder=0, label=name)
+    axis.axvline(float(effects.median()), color="0.5", linestyle="--", linewidth=1, zorder=0.5, label="their median")
+    # Below the axis, where `make_room` puts it: names take the room beside it.
+    axis.legend(frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.1))
 
 
 def _wanted(side: str) -> dict[str, Any]:
@@ -206,52 +283,3 @@ def _rest(point: Point, compared: set[str]) -> _Rest:
 
 def _described(point: Point) -> str:
     return point.run.run_id if point.run else "a point without a run"
-
-
-def _row(measured: Measure, pairs: Sequence[_Pair]) -> dict[str, Any]:
-    """Return the mean over pairs of a measure on both sides, and of its difference with the interval."""
-    found = _by_period(measured, pairs)
-    return {**(found or _resampled(measured, pairs)), "periods": sum(len(pair.before[0].steps) for pair in pairs)}
-
-
-def _by_period(measured: Measure, pairs: Sequence[_Pair]) -> dict[str, Any]:
-    """Return a row of means over pairs of their means over periods; nothing if the measure is no mean over periods."""
-    before, after = (
-        [values for side in sides if (values := _values(measured, side)) is not None]
-        for sides in ([pair.before for pair in pairs], [pair.after for pair in pairs])
-    )
-    if len(before) < len(pairs):
-        return {}
-    differences = [other - one for one, other in zip(before, after, strict=True)]
-    _, low, high = mean_of_runs(differences, [pair.repetition for pair in pairs])
-    means = {"a": before, "b": after, "difference": differences}
-    row: dict[str, Any] = {name: _mean_over_designs(pairs, values) for name, values in means.items()}
-    return {**row, "low": low, "high": high, BOUNDS: ""}
-
-
-def _values(measured: Measure, results: Sequence[LearningCurves]) -> FloatArray | None:
-    """Return the number of each period, the mean over results; None if the measure is no mean over periods."""
-    known = [values for result in results if (values := measured.each(result)) is not None]
-    if not known:
-        return None
-    mean: FloatArray = known[0] if len(known) == 1 else np.mean(known, axis=0)
-    return mean
-
-
-def _resampled(measured: Measure, pairs: Sequence[_Pair]) -> dict[str, Any]:
-    """Return a row of a measure of whole curves, or of a statistic other than the mean."""
-    repetitions = [pair.repetition for pair in pairs]
-    before, after = [pair.before for pair in pairs], [pair.after for pair in pairs]
-    a, b = (value_of_sides(measured, side, repetitions) for side in (before, after))
-    difference = estimate_difference(measured, before, after, repetitions)
-    named = {"a": a.bounds, "b": b.bounds, "difference": difference.bounds}
-    bounds = ", ".join(each.replace("value", name) for name, each in named.items() if each)
-    row = {"a": a.value, "b": b.value, "difference": difference.value}
-    return {**row, "low": difference.low, "high": difference.high, BOUNDS: bounds}
-
-
-def _mean_over_designs(pairs: Sequence[_Pair], values: Sequence[FloatArray]) -> float:
-    designs: dict[Hashable, list[FloatArray]] = {}
-    for pair, each in zip(pairs, values, strict=True):
-        designs.setdefault(pair.repetition.design, []).append(each)
-    return float(sum(np.concatenate(seeds).mean() for seeds in designs.values()) / len(designs))

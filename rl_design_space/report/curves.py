@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import ClassVar
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -42,6 +45,8 @@ class Curves(Report):
     mean: bool = False
     title: str = ""
 
+    choosable: ClassVar[Sequence[str]] = ("order", "scale", "colour_map")
+
     @property
     def heading(self) -> str:
         return self.title or f"{self.curve} by {', '.join(self.by)}"
@@ -78,7 +83,7 @@ class Curves(Report):
         return {MAIN: frames[MAIN]}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], frames[STAGES], self.curve, self.heading)
+        return _draw(frames[MAIN], frames[STAGES], self)
 
     def text(self, frames: Frames) -> list[str]:
         """Return the level at which each line ends."""
@@ -90,6 +95,20 @@ class Curves(Report):
             "\n".join(ends),
             "Bands: 95 % bootstrap intervals over periods, where these are kept.",
             *(["Vertical lines: a stage begins, in the colour of its line unless all lines agree."] * staged),
+        ]
+
+    def tables(self, frames: Frames) -> list[pd.DataFrame]:
+        """Return the level at which each line ends."""
+        last = frames[MAIN].groupby("line", sort=False).last().reset_index()
+        return [
+            pd.DataFrame(
+                {
+                    "line": last["line"],
+                    f"{self.curve} at the last trial": last["mean"].map(style.number),
+                    "95 % interval": list(map(style.interval, last["ci_low"], last["ci_high"])),
+                    "runs": last["runs"],
+                }
+            )
         ]
 
     def _line(self, runs: Runs, points: list[Point]) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -113,21 +132,22 @@ class Curves(Report):
 
 
 @style.styled()
-def _draw(frame: pd.DataFrame, stages: pd.DataFrame, curve: str, title: str) -> Figure:
+def _draw(frame: pd.DataFrame, stages: pd.DataFrame, look: Curves) -> Figure:
     names = list(frame["line"].unique())
     figure, axis = plt.subplots(figsize=(7.5, 4.6), layout="constrained")
-    for place, (name, colour) in enumerate(zip(names, style.colours(len(names), "husl"), strict=True)):
+    for place, (name, colour) in enumerate(zip(names, look.colours(len(names), "husl"), strict=True)):
         style.draw_curve(axis, frame[frame["line"] == name], colour, style.DASHES[place % len(style.DASHES)], name)
-    of_line = dict(zip(names, style.colours(len(names), "husl"), strict=True))
+    of_line = dict(zip(names, look.colours(len(names), "husl"), strict=True))
     shared = stages["begin"].value_counts() == len(names)
     for stage in stages.drop_duplicates("begin").to_dict("records"):
         colour = GREY if shared[stage["begin"]] else of_line[stage["line"]]
         axis.axvline(stage["begin"] - 0.5, color=colour, linewidth=0.8, alpha=0.6, gid=STAGES)
-    if curve.startswith("steps/") and len(frame) and frame["mean"].min() > 0:
+    are_steps = look.curve.startswith("steps/") and len(frame) > 0 and frame["mean"].min() > 0
+    if look.is_log(frame["mean"], by_itself=are_steps):
         style.make_logarithmic(axis)
     axis.set_xlabel("trial")
-    axis.set_ylabel(curve)
-    axis.set_title(title, fontsize=11)
+    axis.set_ylabel(look.curve)
+    axis.set_title(look.heading, fontsize=11)
     style.tidy(axis)
     if names:
         style.legend_beside(axis)

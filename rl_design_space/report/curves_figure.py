@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -28,6 +28,7 @@ from rl_design_space.report.baselines import (
     memoryless_level,
     told_of_memoryless,
 )
+from rl_design_space.report.look import Look
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, different_choices
 from rl_design_space.report.runs import Runs
@@ -37,7 +38,6 @@ from rl_design_space.report.style import (
     DASHES,
     MARKERS,
     beyond,
-    colours,
     draw_curve,
     interval,
     make_logarithmic,
@@ -99,6 +99,8 @@ class CurvesFigure(Report):
     shows: Text
     panels: Annotated[list[dict[str, Any]], Field(min_length=1)]
     families: dict[str, Where] = Field(default_factory=dict)
+
+    choosable: ClassVar[Sequence[str]] = ("scale", "colour_map")
 
     def built_panels(self) -> list[Panel]:
         """Return the panels, validated.
@@ -173,7 +175,7 @@ class CurvesFigure(Report):
         return curves | {EXPLORATION: frames[EXPLORATION][_EXPLORATION_COLUMNS]} if self.families else curves
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames, self.title, list(self.families))
+        return _draw(frames, self)
 
     def text(self, frames: Frames) -> list[str]:
         """Return the lines in numbers."""
@@ -219,9 +221,10 @@ def _numbers(line: Mapping[Any, Any]) -> list[str]:
 
 
 @styled()
-def _draw(frames: Frames, title: str, families: Sequence[str]) -> Figure:
+def _draw(frames: Frames, look: CurvesFigure) -> Figure:
     """Draw panels side by side: curves, failed trials, and, if there are families, total steps against exploration."""
-    curves, panels = frames[MAIN], frames[PANELS]
+    curves, panels, families = frames[MAIN], frames[PANELS], list(look.families)
+    is_log = look.is_log(curves["mean"], by_itself=True)
     heights = list(_HEIGHTS.values())[: 3 if families else 2]
     blocks, across = -(-len(panels) // _COLUMNS), min(len(panels), _COLUMNS)
     most_failed = max(0.01, float(curves["failed"].max()) if len(curves) else 0.0)
@@ -232,36 +235,37 @@ def _draw(frames: Frames, title: str, families: Sequence[str]) -> Figure:
     for number, panel in enumerate(panels.to_dict("records")):
         block, column = divmod(number, _COLUMNS)
         above, below, *lowest = axes[block * len(heights) : (block + 1) * len(heights), column]
-        of_lines, of_curves, of_points, of_stages, of_scratch = (
-            frames[name][frames[name]["panel"] == panel["panel"]]
-            for name in (LINES, MAIN, EXPLORATION, STAGES, SCRATCH)
-        )
-        _draw_curves(above, below, of_lines, of_curves, draw_scratch(above, of_scratch))
-        draw_stages(above, below, of_stages)
+        of = {name: frame[frame["panel"] == panel["panel"]] for name, frame in frames.items()}
+        _draw_curves(above, below, of[LINES], of[MAIN], look, draw_scratch(above, of[SCRATCH]))
+        draw_stages(above, below, of[STAGES])
         if not np.isnan(panel["optimum"]):
-            for level, dashes in LEVELS if of_stages.empty else ():
+            for level, dashes in LEVELS if of[STAGES].empty else ():
                 above.axhline(panel[level], color=GREY, linestyle=dashes, linewidth=1)
-            for line, colour in zip(of_lines.to_dict("records"), colours(len(of_lines)), strict=True):
+            for line, colour in zip(of[LINES].to_dict("records"), look.colours(len(of[LINES])), strict=True):
                 if line["memoryless"] > MORE * panel["optimum"]:
                     above.axhline(line["memoryless"], color=colour, linestyle="-.", linewidth=1)
-        make_logarithmic(above)
+        if is_log:
+            make_logarithmic(above)
         below.set_ylim(0, 1.05 * most_failed)
         above.set_title(panel["panel"], fontsize=11)
         for axis in lowest:
-            _draw_exploration(axis, of_points, families)
+            _draw_exploration(axis, of[EXPLORATION], look, is_log)
         if column == 0:
             for axis, name in zip((above, below, *lowest), _HEIGHTS, strict=False):
                 axis.set_ylabel(name)
-    figure.suptitle(title, fontsize=12)
-    staged = (STAGE_NOTE if len(frames[STAGES]) else "") + (SCRATCH_NOTE if len(frames[SCRATCH]) else "")
-    memoryless = _MEMORYLESS_NOTE if len(above_optimum(frames[LINES], panels)) else ""
-    figure.supxlabel(_NOTE + staged + memoryless + (_EXPLORATION_NOTE if families else ""), fontsize=8)
+    figure.suptitle(look.title, fontsize=12)
+    notes = _NOTE if is_log else _NOTE.replace("; logarithmic", "")
+    notes += (STAGE_NOTE if len(frames[STAGES]) else "") + (SCRATCH_NOTE if len(frames[SCRATCH]) else "")
+    notes += _MEMORYLESS_NOTE if len(above_optimum(frames[LINES], panels)) else ""
+    figure.supxlabel(notes + (_EXPLORATION_NOTE if families else ""), fontsize=8)
     return figure
 
 
-def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataFrame, more: Sequence[Line2D]) -> None:
-    handles = []
-    for line, colour, dashes in zip(lines.to_dict("records"), colours(len(lines)), DASHES * len(lines), strict=False):
+def _draw_curves(
+    above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataFrame, look: Look, more: Sequence[Line2D]
+) -> None:
+    handles, chosen = [], look.colours(len(lines))
+    for line, colour, dashes in zip(lines.to_dict("records"), chosen, DASHES * len(lines), strict=False):
         missing = np.isnan(line["total_steps"])
         label = f"{line['line']} (missing)" if missing else line["line"]
         handles.append(Line2D([], [], color=colour, linestyle=dashes, label=label))
@@ -279,15 +283,17 @@ def _draw_curves(above: Axes, below: Axes, lines: pd.DataFrame, curves: pd.DataF
         tidy(axis)
 
 
-def _draw_exploration(axis: Axes, points: pd.DataFrame, families: Sequence[str]) -> None:
-    for (family, colour), marker in zip(zip(families, colours(len(families)), strict=True), MARKERS, strict=False):
+def _draw_exploration(axis: Axes, points: pd.DataFrame, look: CurvesFigure, is_log: bool) -> None:
+    chosen = look.colours(len(look.families))
+    for (family, colour), marker in zip(zip(look.families, chosen, strict=True), MARKERS, strict=False):
         here = points[points["family"] == family].sort_values("exploration")
         axis.errorbar(
             here["exploration"], here["total_steps"],
             yerr=beyond(here["total_low"], here["total_steps"], here["total_high"]), color=colour, marker=marker,
             markersize=4, linewidth=1, linestyle="-" if here["joined"].all() else "none", label=family,
         )  # fmt: skip
-    make_logarithmic(axis)
+    if is_log:
+        make_logarithmic(axis)
     axis.set_xlabel("total exploration of the schedule")
     axis.legend(frameon=False, fontsize=8)
     tidy(axis)

@@ -111,7 +111,7 @@ class Designs:
     def sorted(self) -> Designs:
         """Return these designs in the order of the values of their parameters."""
         names = self.names
-        keys = [[order(each.get(name)) for name in names] for each in self.parameters]
+        keys = [self._runs.ordering.keys(names, map(each.get, names)) for each in self.parameters]
         ranks = sorted(range(len(self)), key=keys.__getitem__)
         self._points = [self._points[rank] for rank in ranks]
         self.parameters = [self.parameters[rank] for rank in ranks]

@@ -5,18 +5,24 @@ from __future__ import annotations
 import base64
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.colors import to_hex
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space._visible import visible
 from rl_design_space.errors import ConfigError
-from rl_design_space.report.parameters import order, text
+from rl_design_space.report import style
+from rl_design_space.report.look import Look
+from rl_design_space.report.ordering import Ordering
+from rl_design_space.report.parameters import text
 from rl_design_space.report.watching import Watch, unwatched
 from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.tracker import StoredRun
@@ -29,10 +35,18 @@ _TEMPLATE, _SCRIPT, _STYLE = "explore.html.jinja", "explore.js", "explore.css"
 _NEXT = re.compile(r" (?=[+~]*[\w./@]+=)")
 #: What makes two runs different, but is no choice.
 _NOT_CHOICES = ("fingerprint",)
+#: Colours of a colour map that cells and lines have.
+_SHADES, _LINES = 11, 12
+_USUAL = Look()
 
 
 def page_data(
-    frame: pd.DataFrame, numbers: Sequence[str], curves: Mapping[str, Sequence[FloatArray]], address: str
+    frame: pd.DataFrame,
+    numbers: Sequence[str],
+    curves: Mapping[str, Sequence[FloatArray]],
+    address: str,
+    look: Look = _USUAL,
+    listed: Mapping[str, Iterable[Any]] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """Return what the page shows, as plain values.
 
@@ -41,6 +55,8 @@ def page_data(
         numbers: columns of the frame that are shown as values; those without a number are left out.
         curves: learning curves by name, of each run.
         address: of a run in the MLflow UI, with RUN_ID where its id stands.
+        look: labels, order, scale and colour map.
+        listed: values of each parameter in the order of the study of the runs.
 
     Returns:
         parameters: name, values (as text, in order) and index (of its value, for each run) of those that differ.
@@ -50,12 +66,17 @@ def page_data(
             trials.
         runs: ids, and the commands that run their points.
         address: as given.
+        look: labels by name, the scale, and the colours of cells and lines; empty where none were chosen.
+
+    Raises:
+        ConfigError: the order has a parameter or value that no run has.
     """
+    ordering = _ordering(frame, look, listed)
     names = [name for name in frame.columns if name not in (*ABOUT, *numbers, *_NOT_CHOICES)]
     parameters, fixed = [], {}
     for name in names:
         column = [None if pd.isna(value) else value for value in frame[name]]
-        values = sorted(set(column), key=order)
+        values = sorted(set(column), key=lambda value, name=name: ordering.key(name, value))  # type: ignore[misc]
         if len(values) == 1:
             fixed[visible(name)] = visible(text(values[0]))
             continue
@@ -78,7 +99,23 @@ def page_data(
         "curves": [_packed(name, each) for name, each in curves.items()],
         "runs": {"ids": list(frame.index), "commands": [_command(str(name)) for name in frame["name"]]},
         "address": address,
+        "look": {"labels": look.words.labels, "scale": look.scale, **_colours(look.colour_map)},
     }
+
+
+def _ordering(frame: pd.DataFrame, look: Look, listed: Mapping[str, Iterable[Any]]) -> Ordering:
+    if unknown := [name for name in look.order if name not in frame]:
+        raise ConfigError.unknown("parameter of these runs", unknown[0], map(str, frame.columns), "order.")
+    known = {name: {None if pd.isna(value) else value for value in frame[name]} for name in look.order}
+    return Ordering.of_study(listed).replaced(look.order, known)
+
+
+def _colours(name: str) -> dict[str, list[Any]]:
+    """Return colours of cells as red, green and blue, and those of lines; none if no colour map was chosen."""
+    if not name:
+        return {"cells": [], "lines": []}
+    cells = [[round(255 * part) for part in colour[:3]] for colour in mpl.colormaps[name](np.linspace(0, 1, _SHADES))]
+    return {"cells": cells, "lines": [to_hex(colour) for colour in style.colours(_LINES, name)]}
 
 
 def render(data: Mapping[str, Any], title: str, made_by: str) -> str:
@@ -120,6 +157,8 @@ def write_explorer(
     title: str,
     made_by: str,
     watch: Watch = unwatched,
+    look: Look = _USUAL,
+    listed: Mapping[str, Iterable[Any]] = MappingProxyType({}),
 ) -> list[Path]:
     """Write the page of runs.
 
@@ -133,6 +172,8 @@ def write_explorer(
         title: of the page.
         made_by: command that writes it.
         watch: shows how far the reading is.
+        look: see `page_data`.
+        listed: see `page_data`.
 
     Raises:
         ConfigError: there is no run or no such curve, or the library that draws is not installed.
@@ -146,7 +187,7 @@ def write_explorer(
             if name not in arrays or arrays[name].ndim != 1:
                 raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])
             found[name].append(arrays[name])
-    data = page_data(frame, numbers, found, reader.run_link(ui, "RUN_ID"))
+    data = page_data(frame, numbers, found, reader.run_link(ui, "RUN_ID"), look, listed)
     content = render(data, title, made_by)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(content, encoding="utf-8")

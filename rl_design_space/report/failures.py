@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -20,7 +20,7 @@ from rl_design_space.report.failures_examined import Examined, examined
 from rl_design_space.report.failures_picture import draw_failures
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import PERIODS as SIZE
-from rl_design_space.report.parameters import label, order
+from rl_design_space.report.parameters import label
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
 
@@ -54,6 +54,8 @@ class Failures(Report):
     def heading(self) -> str:
         return self.title or "Why trials fail"
 
+    choosable: ClassVar[Sequence[str]] = ("order",)
+
     def frames(self, runs: Runs) -> Frames:
         """Return what was found.
 
@@ -75,7 +77,7 @@ class Failures(Report):
         if not recorded:
             raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
         names = _names(recorded)
-        recorded.sort(key=lambda point: [order(value) for value in point.key(names)])
+        recorded.sort(key=lambda point: runs.ordering.keys(names, point.key(names)))
         designs, periods, trials, examples = [], [], [], []
         for point in runs.watch(recorded, "learning periods again"):
             name = label(names, point.key(names)) or "the runs"

@@ -10,6 +10,7 @@ import numpy as np
 
 from rl_design_space._arrays import IntArray
 from rl_design_space.analysis.endings import ending, verdict
+from rl_design_space.design import refuse_chance
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.memoryless import Memoryless, best_memoryless
 from rl_design_space.learning.replay import Replay, Replayer
@@ -68,6 +69,7 @@ def examined(runs: Runs, point: Point, share: float, most: int) -> Examined:
     failed = ~result.success
     design_point = runs.design_point(point)
     # As many as were recorded: a point whose periods are no choice may have others.
+    refuse_chance(design_point.world, "circles of failed trials, and their best memoryless policies")
     replayer = Replayer(replace(design_point, task=replace(design_point.task, periods=len(total))))
     periods, trials = [], []
     examples: dict[str, tuple[Replay, int]] = {}

@@ -16,8 +16,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import PercentFormatter
 
 from rl_design_space.analysis.endings import CIRCLE, CIRCLE_IN_ONE, ENDINGS, LAST, WANDERING, WANDERING_IN_ONE, ending
-from rl_design_space.learning.recording import Path
 from rl_design_space.learning.replay import Replay
+from rl_design_space.learning.sequential.method import Path
 from rl_design_space.report.inside.grid import Grid
 from rl_design_space.report.style import BLUE, VERMILION, make_logarithmic, styled, tidy
 

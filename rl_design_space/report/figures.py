@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -28,9 +30,11 @@ class Figures:
     """Several reports of the same runs.
 
     Attributes:
+        look: fields of `Look` for all of them, such as `{width: column, labels: {…}}`.
         figures: by their names, which follow the study's in the names of the files.
     """
 
+    look: dict[str, Any] = Field(default_factory=dict)
     figures: Annotated[dict[str, Annotated[Any, AfterValidator(_a_figure)]], Field(min_length=1)]
 
     def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
@@ -39,5 +43,9 @@ class Figures:
         return [
             path
             for name, figure in self.figures.items()
-            for path in figure.write_runs(runs, folder / f"{study.name}-{name}")
+            for path in figure.looking(self.look).write_runs(runs, folder / f"{study.name}-{name}")
         ]
+
+    def looking(self, look: Mapping[str, Any]) -> Figures:
+        """Return the same figures with other values of the fields of `Look`."""
+        return replace(self, look={**self.look, **look})

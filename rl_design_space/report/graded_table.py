@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -54,6 +54,8 @@ class GradedTable(Report):
     labels: dict[str, str] = Field(default_factory=dict)
     source: str = "published"
     unmeasured: str = "not measured"
+
+    names_cells: ClassVar[bool] = True
 
     @property
     @abstractmethod

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -23,7 +23,7 @@ from rl_design_space.report.bounds import notes, shown, shown_interval, without_
 from rl_design_space.report.cells import colour_bar, colour_cells, hatch, write
 from rl_design_space.report.parameters import check_averaged, label, text
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import DECADE, number, styled
+from rl_design_space.report.style import number, styled
 
 #: Parameters, on the command line separated by commas.
 Names = Annotated[
@@ -53,6 +53,8 @@ class Heatmap(Report):
     mean: bool = False
     title: str = ""
 
+    choosable: ClassVar[Sequence[str]] = ("order", "scale", "colour_map")
+
     @property
     def heading(self) -> str:
         return self.title or f"{self.value} by {', '.join(self.rows)} and {', '.join(self.cols)}"
@@ -80,7 +82,20 @@ class Heatmap(Report):
         return {MAIN: frame if best is None else frame.assign(**{IN_SET: best})}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.rows, self.cols, self.value, self.heading)
+        return _draw(frames[MAIN], self)
+
+    def tables(self, frames: Frames) -> list[pd.DataFrame]:
+        """Return the cells as they are arranged in the picture."""
+        cells = frames[MAIN]
+        keys = {axis: cells[list(names)].map(text) for axis, names in (("row", self.rows), ("column", self.cols))}
+        rows = keys["row"].apply(lambda row: ", ".join(map(self.words.value, self.rows, row)), axis=1)
+        columns = keys["column"].apply(lambda row: ", ".join(map(self.words.value, self.cols, row)), axis=1)
+        found = pd.DataFrame(
+            {"row": rows, "column": columns, "shown": [shown(row) for row in cells.to_dict("records")]}
+        )
+        placed = found.pivot_table(index="row", columns="column", values="shown", aggfunc="first", sort=False)
+        names = [", ".join(map(self.words.name, each)) for each in (self.rows, self.cols)]
+        return [placed.rename_axis(index=" / ".join(names), columns=None).reset_index()]
 
     def text(self, frames: Frames) -> list[str]:
         """Return least and largest value, and how many cells are missing."""
@@ -99,18 +114,18 @@ class Heatmap(Report):
 
 
 @styled()
-def _draw(frame: pd.DataFrame, rows: Sequence[str], cols: Sequence[str], value: str, title: str) -> Figure:
+def _draw(frame: pd.DataFrame, look: Heatmap) -> Figure:
     def keys(names: Sequence[str], separator: str) -> pd.Series[str]:
-        return frame[list(names)].map(text).agg(separator.join, axis=1)
+        return frame[list(names)].apply(lambda row: separator.join(map(look.words.value, names, row)), axis=1)
 
-    table = frame.assign(row=keys(rows, ", "), column=keys(cols, "\n"))
+    table = frame.assign(row=keys(look.rows, ", "), column=keys(look.cols, "\n"))
     values = table.pivot_table(index="row", columns="column", values="value", dropna=False, sort=False)
     measured = table["value"].dropna()
     low, high = (measured.min(), measured.max()) if len(measured) else (0.0, 1.0)
-    norm = LogNorm(low, high) if low > 0 and high / low >= DECADE else Normalize(low, high)
+    norm = LogNorm(low, high) if look.is_log(measured) else Normalize(low, high)
     size = [_WIDTH * max(len(values.columns), 3) + 2.6, _HEIGHT * max(len(values), 3) + 1.6]
     figure, axis = plt.subplots(figsize=[min(side, _LONGEST) for side in size], layout="constrained")
-    inks = colour_cells(axis, values, norm)
+    inks = colour_cells(axis, values, norm, colour_map=look.cells_map)
     places = values.index.tolist(), values.columns.tolist()
     for cell in table.to_dict("records"):
         y, x = (each.index(cell[name]) for each, name in zip(places, ("row", "column"), strict=True))
@@ -121,11 +136,11 @@ def _draw(frame: pd.DataFrame, rows: Sequence[str], cols: Sequence[str], value: 
         star = f" {STAR}" if cell.get(IN_SET) else ""
         main = (0.36 if between else 0.5, f"{shown(cell)}{star}", {"fontsize": 10, "fontweight": "bold"})
         write(axis, x, y, [main, (0.72, between, {"fontsize": 6.5})], inks[y][x])
-    axis.set_ylabel(", ".join(rows))
-    axis.set_xlabel(", ".join(cols))
-    axis.set_title(title, fontsize=11)
+    axis.set_ylabel(", ".join(look.rows))
+    axis.set_xlabel(", ".join(look.cols))
+    axis.set_title(look.heading, fontsize=11)
     if low < high:
         ticks = LogLocator(subs=(1, 2, 5)) if isinstance(norm, LogNorm) else None
-        bar = colour_bar(figure, [axis], norm, ticks=ticks, format=lambda value, _: number(value))
-        bar.set_label(value)
+        bar = colour_bar(figure, [axis], norm, look.cells_map, ticks=ticks, format=lambda value, _: number(value))
+        bar.set_label(look.value)
     return figure

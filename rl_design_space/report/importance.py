@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -55,6 +55,9 @@ class Importance(Report):
     scale: ScaleName = USUAL
     title: str = ""
 
+    choosable: ClassVar[Sequence[str]] = ("colour_map",)
+    own: ClassVar[Sequence[str]] = ("scale",)
+
     @property
     def heading(self) -> str:
         return self.title or f"What matters for {self.scale}{given_label(self.given)}"
@@ -88,7 +91,7 @@ class Importance(Report):
         return {name: frame for name, frame in frames.items() if name != _ABOUT}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames, self.heading, self.scale)
+        return _draw(frames, self)
 
     def text(self, frames: Frames) -> list[str]:
         """Return the shares, what they are shares of, and which designs they are computed from."""
@@ -179,7 +182,7 @@ def _named(share: Estimate) -> dict[str, float]:
 
 
 @style.styled()
-def _draw(frames: Frames, title: str, scale: str) -> Figure:
+def _draw(frames: Frames, look: Importance) -> Figure:
     shown = frames[MAIN].head(_BARS)
     height = max(3.6, 0.34 * len(shown) + 1.8)
     both = BY_TRIAL in frames
@@ -188,9 +191,10 @@ def _draw(frames: Frames, title: str, scale: str) -> Figure:
     )
     _bars(axes[0, 0], shown)
     if both:
-        _stacks(axes[0, 1], frames[BY_TRIAL], list(frames[MAIN]["effect"]), scale if scale in SCALES else USUAL)
+        _stacks(axes[0, 1], frames[BY_TRIAL], list(frames[MAIN]["effect"]), look)
     variance = _about(frames, "variance")
-    figure.suptitle(f"{title}: {_NOISE}" if _is_noise(variance) else title, fontsize=11)
+    title = f"{look.heading}: {_NOISE}" if _is_noise(variance) else look.heading
+    figure.suptitle(title, fontsize=11)
     return figure
 
 
@@ -216,7 +220,7 @@ def _bars(axis: Axes, shown: pd.DataFrame) -> None:
     style.tidy(axis)
 
 
-def _stacks(axis: Axes, by_trial: pd.DataFrame, ordered: Sequence[str], scale: str) -> None:
+def _stacks(axis: Axes, by_trial: pd.DataFrame, ordered: Sequence[str], look: Importance) -> None:
     """Draw the shares of the most important effects on each other, by trial."""
     shares = by_trial.pivot_table(index="first_trial", columns="effect", values="share", sort=False).clip(lower=0)
     means = shares.mean().sort_values(ascending=False)
@@ -227,7 +231,8 @@ def _stacks(axis: Axes, by_trial: pd.DataFrame, ordered: Sequence[str], scale: s
     stack = stack.div(stack.sum(axis=1).replace(0, np.nan), axis=0)
     edges = [*shares.index, by_trial["last_trial"].max() + 1]
     below = np.zeros(len(stack))
-    colours = [*style.colours(len(named)), "0.85"]
+    colours = [*look.colours(len(named)), "0.85"]
+    scale = look.scale if look.scale in SCALES else USUAL
     for effect, colour in zip(stack.columns, colours, strict=True):
         above = below + stack[effect].fillna(0).to_numpy()
         hatch = "///" if PAIR in effect else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -52,6 +52,9 @@ class Interactions(Report):
     given: Annotated[dict[str, Any], Field(default_factory=dict)]
     title: str = ""
 
+    choosable: ClassVar[Sequence[str]] = ("order", "colour_map")
+    own: ClassVar[Sequence[str]] = ("scale",)
+
     @property
     def heading(self) -> str:
         which = f"{self.choice} at each {self.other}" if self.choice else "The strongest interactions"
@@ -81,7 +84,7 @@ class Interactions(Report):
         return {MAIN: frames[MAIN]}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.scale, self.heading)
+        return _draw(frames[MAIN], self)
 
     def text(self, frames: Frames) -> list[str]:
         """Return a table for each pair."""
@@ -209,7 +212,7 @@ def _short(factor: Factor, level: Level) -> str:
 
 
 @style.styled()
-def _draw(frame: pd.DataFrame, scale: str, title: str) -> Figure:
+def _draw(frame: pd.DataFrame, look: Interactions) -> Figure:
     pairs = list(frame.groupby("pair", sort=False))
     columns = min(2, len(pairs))
     rows = -(-len(pairs) // columns)
@@ -217,18 +220,19 @@ def _draw(frame: pd.DataFrame, scale: str, title: str) -> Figure:
         rows, columns, figsize=(7.2 * columns, 3.6 * rows + 0.4), layout="constrained", squeeze=False
     )
     for axis, (_, pair) in zip(axes.flat, pairs, strict=False):
-        _panel(axis, pair, scale)
+        _panel(axis, pair, look)
     for axis in list(axes.flat)[len(pairs) :]:
         axis.set_visible(False)
-    figure.suptitle(title, fontsize=11)
+    figure.suptitle(look.heading, fontsize=11)
     return figure
 
 
-def _panel(axis: Axes, pair: pd.DataFrame, scale: str) -> None:
+def _panel(axis: Axes, pair: pd.DataFrame, look: Interactions) -> None:
     """Draw the effect of each value of one choice along the values of the other."""
+    scale = look.scale
     at: Sequence[str] = list(pair["at"].unique())
     lines = list(pair.groupby("value", sort=False))
-    for place, ((name, line), colour) in enumerate(zip(lines, style.colours(len(lines)), strict=True)):
+    for place, ((name, line), colour) in enumerate(zip(lines, look.colours(len(lines)), strict=True)):
         x = np.arange(len(at)) + (place - (len(lines) - 1) / 2) * min(0.12, 0.6 / len(lines))
         axis.errorbar(
             x, line["difference"], yerr=style.beyond(line["low"], line["difference"], line["high"]), color=colour,
@@ -238,7 +242,7 @@ def _panel(axis: Axes, pair: pd.DataFrame, scale: str) -> None:
     axis.axhline(0, color="0.4", linewidth=1)
     common = _common(at)
     axis.set_xticks(
-        range(len(at)), [each.removeprefix(common) for each in at],
+        range(len(at)), [look.words.value(common[:-1], each.removeprefix(common)) for each in at],
         rotation=0 if sum(map(len, at)) - len(at) * len(common) < 70 else 60, fontsize=7.5,
     )  # fmt: skip
     axis.set_xlabel(common.rstrip("=") or str(pair["pair"].iloc[0]).rpartition(PAIR)[2])

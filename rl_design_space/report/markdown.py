@@ -13,19 +13,30 @@ from rl_design_space._markdown import escaped
 _NUMBER = re.compile(r"[-−]?[\d.,]+ ?%?")
 
 
-def table(frame: pd.DataFrame) -> str:
+class Table(str):
+    """A Markdown table, with the frame that it was made of: the same table in another format is made of that."""
+
+    frame: pd.DataFrame
+
+
+def table(frame: pd.DataFrame) -> Table:
     """Return a frame as a Markdown table; columns of numbers are aligned on the right, the index is left out."""
     texts = frame.map(_cell)
-    alignments = [_alignment(list(column)) for _, column in texts.items()]
-    return texts.rename(columns=_cell).to_markdown(
-        index=False, disable_numparse=True, colalign=alignments if len(texts) else None
+    alignments = [alignment(list(column)) for _, column in texts.items()]
+    made = Table(
+        texts.rename(columns=_cell).to_markdown(
+            index=False, disable_numparse=True, colalign=alignments if len(texts) else None
+        )
     )
+    made.frame = frame
+    return made
 
 
 def _cell(value: Any) -> str:
     return escaped(str(value))
 
 
-def _alignment(cells: list[str]) -> str:
+def alignment(cells: list[str]) -> str:
+    """Return on which side the cells of a column are aligned."""
     filled = [text for text in cells if text]
     return "right" if filled and all(_NUMBER.fullmatch(text) for text in filled) else "left"

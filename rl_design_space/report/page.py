@@ -8,14 +8,15 @@ import re
 import sys
 import threading
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass as plain_dataclass
 from dataclasses import replace
 from datetime import UTC, datetime
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
 from urllib.parse import unquote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -71,6 +72,7 @@ class Page:
             and otherwise says how to make it. None if empty.
         ui: address of the MLflow UI, for links to the runs.
         default: whether `rl-design-report all` writes this page.
+        look: fields of `Look` for all of its reports, such as `{format: pdf}`.
     """
 
     title: str
@@ -79,6 +81,7 @@ class Page:
     multiverse: str = ""
     ui: str
     default: bool = False
+    look: dict[str, Any] = Field(default_factory=dict)
 
     def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
         """Write the files of every report and index.html into a folder, see `Report.write`."""
@@ -88,7 +91,7 @@ class Page:
         with shipped_config():
             planner = Planner()
             parts = [planned.get(name) or load_study(name, study.overrides, planner) for name in self.sections]
-        for part, written in zip(parts, _write_all(parts, reader, folder), strict=True):
+        for part, written in zip(parts, _write_all(parts, reader, folder, self.look), strict=True):
             paths += written
             (text,) = (path for path in written if path.suffix == ".md")
             runs = reader.link(self.ui, part.name) if part.plan else ""
@@ -103,6 +106,11 @@ class Page:
         explorer = _EXPLORER if (folder / _EXPLORER).exists() else ""
         page.write_text(self.render(study, sections, claims, explorer), encoding="utf-8")
         return [*paths, page]
+
+    def looking(self, look: Mapping[str, Any]) -> Page:
+        """Return the same page with other values of the fields of `Look`; a title is that of the page."""
+        of_reports = {name: value for name, value in look.items() if name != "title"}
+        return replace(self, title=look.get("title", self.title), look={**self.look, **of_reports})
 
     def render(self, study: Study, sections: list[Section], claims: Sequence[PageClaim], explorer: str = "") -> str:
         """Return the page as HTML.
@@ -136,23 +144,28 @@ class Page:
         )
 
 
-def _write_all(parts: Sequence[Study], reader: Reader, folder: Path) -> list[list[Path]]:
+def _write_all(
+    parts: Sequence[Study], reader: Reader, folder: Path, look: Mapping[str, Any] = MappingProxyType({})
+) -> list[list[Path]]:
     """Write the reports of studies into a folder, in several processes if they are many; return the files of each."""
     workers = min(available_threads(), len(parts))
     if workers == 1 or len(parts) < _MANY:
-        return [_write(part, reader, folder) for part in parts]
+        return [_write(part, reader, folder, look) for part in parts]
     # Copies of this process have imported everything already; with other threads, a copy may wait for a lock for ever.
     is_alone = sys.platform == "linux" and threading.active_count() == 1
     with ProcessPoolExecutor(workers, get_context("fork" if is_alone else "spawn")) as pool:
         # Those that take longest first, so that none of them is left at the end: what needs no points is computed.
         order = sorted(range(len(parts)), key=lambda index: -(len(parts[index].plan) or math.inf))
-        writing = {index: pool.submit(_write, replace(parts[index], included=()), reader, folder) for index in order}
+        writing = {
+            index: pool.submit(_write, replace(parts[index], included=()), reader, folder, dict(look))
+            for index in order
+        }
         return [writing[index].result() for index in range(len(parts))]
 
 
-def _write(part: Study, reader: Reader, folder: Path) -> list[Path]:
+def _write(part: Study, reader: Reader, folder: Path, look: Mapping[str, Any]) -> list[Path]:
     user_config.use()  # the folder that the process which started this one uses
-    paths: list[Path] = part.report().write(part, reader, folder)
+    paths: list[Path] = part.report().looking(look).write(part, reader, folder)
     return paths
 
 

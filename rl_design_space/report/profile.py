@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Sequence
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -43,6 +44,8 @@ class Profile(Report):
     designs: Annotated[int, Field(ge=1, le=20)] = 8
     given: Annotated[dict[str, Any], Field(default_factory=dict)]
     title: str = ""
+
+    choosable: ClassVar[Sequence[str]] = ("scale", "colour_map")
 
     @property
     def heading(self) -> str:
@@ -92,7 +95,7 @@ class Profile(Report):
         return {name: frame for name, frame in frames.items() if name != _ABOUT}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], frames[IMPROVEMENT], self.heading)
+        return _draw(frames[MAIN], frames[IMPROVEMENT], self)
 
     def text(self, frames: Frames) -> list[str]:
         """Return shares at a few levels, and how often the first design beats the others."""
@@ -143,7 +146,7 @@ def _probability(estimate: Any) -> dict[str, float]:
 
 
 @style.styled()
-def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, title: str) -> Figure:
+def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, look: Profile) -> Figure:
     lines = list(rows.groupby("design", sort=False))
     both = len(pairs) > 0
     figure, axes = plt.subplots(
@@ -151,12 +154,13 @@ def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, title: str) -> Figure:
         width_ratios=(1.15, 1) if both else None,
     )  # fmt: skip
     axis = axes[0, 0]
-    for place, ((name, line), colour) in enumerate(zip(lines, style.colours(len(lines)), strict=True)):
+    for place, ((name, line), colour) in enumerate(zip(lines, look.colours(len(lines)), strict=True)):
         x = line["steps_over_optimum"]
         axis.fill_between(x, line["low"], line["high"], color=colour, alpha=0.2, linewidth=0)
         dashes = style.DASHES[place % len(style.DASHES)]
         axis.plot(x, line["share"], color=colour, linestyle=dashes, linewidth=1.4, label=f"{place + 1}  {name}")
-    axis.set_xscale("log")
+    if look.is_log(rows["steps_over_optimum"], by_itself=True):
+        axis.set_xscale("log")
     last = float(rows["steps_over_optimum"].max())
     ticks = [each for each in (1, 1.5, 2, 3, 5, 10, 20, 50, 100, 200, 500) if each <= last]
     axis.set_xticks(ticks, [f"{each:g}" for each in ticks])
@@ -168,17 +172,18 @@ def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, title: str) -> Figure:
     style.tidy(axis)
     axis.legend(frameon=False, fontsize=7.5, loc="upper center", bbox_to_anchor=(0.5, -0.13))
     if both:
-        _matrix(axes[0, 1], pairs, [name for name, _ in lines])
-    figure.suptitle(title, fontsize=11)
+        _matrix(axes[0, 1], pairs, [name for name, _ in lines], look.cells_map)
+    figure.suptitle(look.heading, fontsize=11)
     return figure
 
 
-def _matrix(axis: Axes, pairs: pd.DataFrame, names: list[Any]) -> None:
+def _matrix(axis: Axes, pairs: pd.DataFrame, names: list[Any], colour_map: str) -> None:
     values = pairs.pivot_table(index="a", columns="b", values="probability", sort=False).reindex(
         index=names, columns=names
     )
     numbers = [str(place) for place in range(1, len(names) + 1)]
-    inks = colour_cells(axis, values.set_axis(numbers).set_axis(numbers, axis=1), Normalize(0, 1), square=True)
+    numbered = values.set_axis(numbers).set_axis(numbers, axis=1)
+    inks = colour_cells(axis, numbered, Normalize(0, 1), square=True, colour_map=colour_map)
     for row in pairs.to_dict("records"):
         y, x = names.index(row["a"]), names.index(row["b"])
         between = f"{row['low']:.2f}–{row['high']:.2f}"

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.published import compare_with_published
+from rl_design_space.config.labels import own_labels
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.base import MAIN, Frames, Report
@@ -45,7 +47,7 @@ class PublishedTable(Report):
     Attributes:
         value: what a period contributes to its cell.
         panel, row, column: each one pair, the column's name in the CSV and the parameter of the points behind it.
-        labels: how names and values read in the picture.
+        labels: how names and values read in the picture; values may stand without their parameter.
         published: the published number by panel, row and column.
         source: what the published numbers are called in picture and text.
         heavy_tail: a cell is marked whose 1 % of periods with most steps need so many times the mean, or more.
@@ -62,6 +64,9 @@ class PublishedTable(Report):
     source: str = "published"
     heavy_tail: float = 3
     larger_samples: str = ""
+
+    choosable: ClassVar[Sequence[str]] = ("scale", "colour_map")
+    names_cells: ClassVar[bool] = True
 
     @property
     def axes(self) -> dict[str, str]:
@@ -97,12 +102,12 @@ class PublishedTable(Report):
         return {MAIN: frames[MAIN].drop(columns=["top_percent", "planned"])}
 
     def draw(self, frames: Frames) -> Figure:
-        return draw_published(frames[MAIN], self.title, self.labels, self.source, self.heavy_tail)
+        return _draw(frames[MAIN], self)
 
     def text(self, frames: Frames) -> list[str]:
         """Return the cells, and how far measured and published numbers lie apart."""
         cells = frames[MAIN]
-        parts = [table(self._shown(cells))]
+        parts: list[str] = [table(self._shown(cells))]
         if cells["measured"].notna().any():
             parts.append(self._distance(cells.dropna(subset="measured")))
         periods = cells["periods"][cells["periods"] > 0].value_counts().sort_index()
@@ -120,7 +125,21 @@ class PublishedTable(Report):
 
     def label(self, value: object) -> str:
         """Return how a name or value reads in the picture."""
-        return self.labels.get(str(value), str(value))
+        return self._labels.get(str(value), str(value))
+
+    @cached_property
+    def _labels(self) -> dict[str, str]:
+        """Labels of columns and bare values; those of parameters and their values are for these, too."""
+        return {**self._of_cells(own_labels()), **self.labels, **self._of_cells(self.labels)}
+
+    def _of_cells(self, labels: Mapping[str, str]) -> dict[str, str]:
+        found: dict[str, str] = {}
+        for axis, parameter in self.axes.items():
+            begin = f"{parameter}="
+            found |= {name.removeprefix(begin): text for name, text in labels.items() if name.startswith(begin)}
+            if parameter in labels:
+                found[axis] = labels[parameter]
+        return found
 
     def _shown(self, cells: pd.DataFrame) -> pd.DataFrame:
         """Return the cells as texts."""
@@ -179,39 +198,36 @@ class PublishedTable(Report):
 
 
 @styled()
-def draw_published(
-    cells: pd.DataFrame, title: str, labels: Mapping[str, str], source: str, heavy_tail: float
-) -> Figure:
+def _draw(cells: pd.DataFrame, look: PublishedTable) -> Figure:
     """Draw one heatmap for each panel: the measured value, and below it interval, periods, published number and ratio.
 
     Args:
         cells: as `PublishedTable.frames` returns them; panel, row and column first.
-        title: of the picture.
-        labels: how names and values read.
-        source: what the published numbers are called.
-        heavy_tail: see `PublishedTable`.
+        look: the report.
     """
     panel, row, column = cells.columns[:3]
     panels = list(cells[panel].unique())
     measured = cells["measured"].dropna()
-    norm = LogNorm(measured.min(), measured.max()) if len(measured) else LogNorm(1, 10)
+    is_log = look.is_log(measured, by_itself=True)
+    norm = (LogNorm if is_log else Normalize)(*((measured.min(), measured.max()) if len(measured) else (1, 10)))
     figure, axes = plt.subplots(
         1, len(panels), figsize=(5.4 * len(panels) + 0.6, 5.0), layout="constrained", squeeze=False
     )
     for axis, name in zip(axes[0], panels, strict=True):
         here = cells[cells[panel] == name]
         values = here.pivot_table(index=row, columns=column, values="measured", dropna=False, sort=False)
-        inks = colour_cells(axis, values, norm, square=True)
-        _write_cells(axis, here, values, inks, source, heavy_tail)
-        axis.set_title(labels.get(str(name), str(name)), fontsize=11)
-        axis.set_xlabel(labels.get(column, column))
-        axis.set_ylabel(labels.get(row, row))
-    bar = colour_bar(figure, axes[0].tolist(), norm, shrink=0.8, ticks=LogLocator(subs=(1, 2, 5)), format="{x:,.0f}")
-    bar.set_label("measured, logarithmic")
-    figure.suptitle(title, fontsize=12)
+        inks = colour_cells(axis, values, norm, square=True, colour_map=look.cells_map)
+        _write_cells(axis, here, values, inks, look.source, look.heavy_tail)
+        axis.set_title(look.label(name), fontsize=11)
+        axis.set_xlabel(look.label(column))
+        axis.set_ylabel(look.label(row))
+    ticks = LogLocator(subs=(1, 2, 5)) if is_log else None
+    bar = colour_bar(figure, axes[0].tolist(), norm, look.cells_map, shrink=0.8, ticks=ticks, format="{x:,.0f}")
+    bar.set_label(f"measured{', logarithmic' if is_log else ''}")
+    figure.suptitle(look.title, fontsize=12)
     figure.supxlabel(
         "Large: mean over periods, with its 95 % interval. Failures: share of periods in which a trial missed the "
-        f"goal.\n† heavy tail: the 1 % of periods with most steps need {heavy_tail:g} times the mean or more.",
+        f"goal.\n† heavy tail: the 1 % of periods with most steps need {look.heavy_tail:g} times the mean or more.",
         fontsize=8,
     )
     return figure

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -56,10 +56,12 @@ class ReadingsAudit(Report):
     table: str
     decided: Where
     readings: dict[str, Where]
-    order: Annotated[int, Field(ge=1)] = 1
+    order: Annotated[int, Field(ge=1)] = 1  # type: ignore[assignment]  # see `own`
     also: _Combinations = ()
     around: _Combinations = ()
     named_periods: int | None = None
+
+    own: ClassVar[Sequence[str]] = ("order",)
 
     def __post_init__(self) -> None:
         if self.named_periods not in (None, *PERIODS):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.fingerprint import fingerprint
 from rl_design_space.report.chosen_points import ChosenPoints
+from rl_design_space.report.ordering import Ordering
 from rl_design_space.report.parameters import PERIODS, text
 from rl_design_space.report.points import (
     Point,
@@ -95,11 +97,24 @@ class Runs(ChosenPoints):
             remarks = [f"**Missing: {missing} of {len(points)} points**; {code(study.command)} makes them."]
         if enough := enough_text(study.plan, runs):
             remarks.append(f"{enough[0].upper()}{enough[1:]}.")
-        return cls(points, reader, study.plan.name, made_by, remarks, study.mark)
+        found = cls(points, reader, study.plan.name, made_by, remarks, study.mark)
+        values: dict[str, dict[Any, None]] = {}
+        for point in points:
+            for parameter, value in point.parameters.items():
+                values.setdefault(parameter, {})[value] = None
+        found.ordering = Ordering.of_study(values)
+        return found
 
     @classmethod
     def of_frame(
-        cls, frame: pd.DataFrame, reader: Reader, command: str, remarks: Sequence[str] = (), *, every: bool = False
+        cls,
+        frame: pd.DataFrame,
+        reader: Reader,
+        command: str,
+        remarks: Sequence[str] = (),
+        *,
+        every: bool = False,
+        listed: Mapping[str, Iterable[Any]] = MappingProxyType({}),
     ) -> Runs:
         """Return runs that were found in the store.
 
@@ -111,6 +126,7 @@ class Runs(ChosenPoints):
             command: command line that makes the report.
             remarks: paragraphs, such as which runs were left out.
             every: whether all runs of such a point count.
+            listed: values of each parameter in the order of the study that they are of.
 
         Raises:
             ConfigError: there is no run.
@@ -122,7 +138,9 @@ class Runs(ChosenPoints):
             remarks = [*remarks, f"Left out: {fewer} runs with fewer periods of the same points."]
         periods = _joined({point.parameters[PERIODS] for point in points})
         made_by = f"Made by {code(command)} from {_RUNS}, {periods} periods a point."
-        return cls(points, reader, made_by=made_by, remarks=remarks)
+        found = cls(points, reader, made_by=made_by, remarks=remarks)
+        found.ordering = Ordering.of_study(listed)
+        return found
 
     @property
     def made_by(self) -> str:

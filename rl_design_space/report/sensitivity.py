@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -19,12 +21,15 @@ from rl_design_space.plan.differences import differing
 from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.bounds import BOUNDS, NOTE, is_bound, shown, shown_interval, without_exact
+from rl_design_space.report.fitting import make_room
+from rl_design_space.report.look import LINEAR, LOG, RATIO
+from rl_design_space.report.many import HALF, MOST, Named, Top, named
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import label, text
 from rl_design_space.report.runs import Runs
 
-#: Lines that have a colour and a name of their own; more lines are drawn thin and grey, with their median.
-_NAMED = 8
+#: Lines that all have a colour and a name of their own; of more, the range is drawn, their median, and few by name.
+_NAMED, _FEW = 8, 3
 _EVERYTHING = "all runs"
 #: Least distance of labels on a logarithmic axis, as a share of the axis.
 _GAP = 0.07
@@ -34,15 +39,27 @@ _GAP = 0.07
 class Sensitivity(Report):
     """A scalar against the values of a parameter, a line for each combination of the other choices.
 
+    Of more than eight lines, the picture shows the range, the median and a few lines by name. They are relative, each
+    to the geometric mean of its values where all lines have one, unless a scale is chosen: otherwise the range would
+    be that of the levels of lines, not of what the parameter does.
+
     Attributes:
         parameter: along the axis.
         value: scalar or measure that is shown, see docs/reports.md.
+        named: lines that are drawn by name if there are many, by values that they have; the three that depend most on
+            the parameter if left out.
+        top: number of lines that the text lists, those that depend most first; all are in the CSV file.
         title: heading of the report and its picture; made of the other fields if empty.
     """
 
     parameter: str
     value: ValueName = "total_steps"
+    named: Named = ()
+    top: Top = 20
     title: str = ""
+
+    choosable: ClassVar[Sequence[str]] = ("order", "scale", "colour_map")
+    scales: ClassVar[Sequence[str]] = (LINEAR, LOG, RATIO)
 
     @property
     def heading(self) -> str:
@@ -65,13 +82,15 @@ class Sensitivity(Report):
         return {MAIN: without_exact(pd.DataFrame(rows))}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.parameter, self.value, self.heading)
+        return _draw(frames[MAIN], self)
 
     def text(self, frames: Frames) -> list[str]:
         """Return least and largest value of each line, and their ratio."""
         rows = []
-        for name, line in frames[MAIN].groupby("line", sort=False):
-            ordered = line.sort_values("value").to_dict("records")
+        lines = {str(name): line for name, line in frames[MAIN].groupby("line", sort=False)}
+        many = len(lines) > self.top
+        for name in _most_dependent(frames[MAIN])[: self.top] if many else lines:
+            ordered = lines[name].sort_values("value").to_dict("records")
             least, most = ordered[0], ordered[-1]
             ends = [(text(end[self.parameter]), f"{shown(end)} ({shown_interval(end)})") for end in (least, most)]
             is_known = least["value"] > 0 and not is_bound(least) and not is_bound(most)
@@ -79,49 +98,99 @@ class Sensitivity(Report):
             rows.append((name, *ends[0], *ends[1], ratio))
         header = ["line", f"least {self.value} at", "least", "most at", "most", "most / least"]
         return [
+            *([f"The {self.top} of {len(lines)} lines that depend most; the CSV file has the others."] if many else []),
             table(pd.DataFrame(rows, columns=header)),
             "In brackets: 95 % bootstrap intervals over periods.",
             *([f"{NOTE} {NO_RATIO.capitalize()}."] if BOUNDS in frames[MAIN] else []),
         ]
 
+    def is_relative(self, frame: pd.DataFrame) -> bool:
+        """Return whether lines are shown relative to their means.
+
+        Raises:
+            ConfigError: that was asked for, and a value is not positive.
+        """
+        positive = bool((frame["value"] > 0).all())
+        if self.scale == RATIO and not positive:
+            raise ConfigError.at("scale", RATIO, f"needs numbers above 0; the least is {frame['value'].min():g}")
+        return self.scale == RATIO or (not self.scale and positive and frame["line"].nunique() > _NAMED)
+
+
+def _relative(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return values and their intervals over the geometric mean of their line, where all lines have values."""
+    lines = frame["line"].nunique()
+    everywhere = frame.groupby("x")["line"].transform("nunique") == lines
+    logs = np.log(frame["value"])
+    means = np.exp(logs.where(everywhere | (not everywhere.any())).groupby(frame["line"]).transform("mean"))
+    return frame.assign(**{name: frame[name] / means for name in ("value", "low", "high")})
+
+
+def _most_dependent(frame: pd.DataFrame) -> list[str]:
+    """Return lines by the ratio of their largest to their least value; by the difference if one is not positive."""
+    ends = frame.groupby("line", sort=False)["value"].agg(["min", "max"])
+    spread = ends["max"] / ends["min"] if (ends["min"] > 0).all() else ends["max"] - ends["min"]
+    return [str(name) for name in spread.sort_values(ascending=False, kind="stable").index]
+
 
 @style.styled()
-def _draw(frame: pd.DataFrame, parameter: str, value: str, title: str) -> Figure:
+def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
     names = list(frame["line"].unique())
     few = len(names) <= _NAMED
-    values = frame[parameter].unique().tolist()
+    values = frame[look.parameter].unique().tolist()
     numeric = all(isinstance(each, int | float) and not isinstance(each, bool) for each in values)
-    frame = frame.assign(x=frame[parameter] if numeric else [values.index(each) for each in frame[parameter]])
+    frame = frame.assign(x=frame[look.parameter] if numeric else [values.index(each) for each in frame[look.parameter]])
+    relative = look.is_relative(frame)
+    drawn = _relative(frame) if relative else frame
     figure, axis = plt.subplots(figsize=(7.5, 4.6), layout="constrained")
-    for place, (name, colour) in enumerate(
-        zip(names, style.colours(len(names)) if few else ["0.6"] * len(names), strict=True)
-    ):
-        line = frame[frame["line"] == name]
-        axis.errorbar(
-            line["x"], line["value"], yerr=style.beyond(line["low"], line["value"], line["high"]) if few else None,
-            color=colour, marker=style.MARKERS[place % len(style.MARKERS)] if few else None, markersize=4,
-            linewidth=1.2 if few else 0.6, label=name,
+    shown = names if few else named(names, look.named) or _most_dependent(frame)[:_FEW]
+    others = [] if few else _draw_range(axis, drawn)
+    lines = []
+    for place, (name, colour) in enumerate(zip(shown, look.colours(len(shown)), strict=True)):
+        line = drawn[drawn["line"] == name]
+        lines.append(
+            axis.errorbar(
+                line["x"], line["value"], yerr=style.beyond(line["low"], line["value"], line["high"]),
+                color=colour, marker=style.MARKERS[place % len(style.MARKERS)], markersize=4,
+                linewidth=1.2, label=name,
+            )
         )  # fmt: skip
-    shown = None
-    if not few:
-        median = frame.groupby("x")["value"].median()
-        shown = axis.plot(median.index, median, color="black", linewidth=2, label=f"median of {len(names)} lines")
-    _scale(axis, frame["value"], values, numeric)
-    axis.set_xlabel(parameter)
-    axis.set_ylabel(value)
-    axis.set_title(title, fontsize=11)
+    if relative:
+        style.show_ratios(axis.yaxis, float(drawn["value"].min()), float(drawn["value"].max()))
+    elif look.is_log(frame["value"]):
+        style.make_logarithmic(axis)
+    _scale(axis, [look.words.value(look.parameter, value) for value in values], values, numeric)
+    axis.set_xlabel(look.parameter)
+    axis.set_ylabel(f"{look.value}{', relative to the mean of its line' if relative else ''}")
+    if relative:
+        axis.axhline(1, color="0.4", linewidth=0.8, zorder=1)
+    axis.set_title(look.heading, fontsize=11)
     style.tidy(axis)
     if names != [_EVERYTHING]:
-        style.legend_beside(axis, shown)
+        style.legend_beside(axis, None if few else [*others, *lines])
+    if not few:
+        make_room(figure)
     return figure
 
 
-def _scale(axis: Axes, heights: pd.Series[float], values: list[Any], numeric: bool) -> None:
-    """Make axes logarithmic where their numbers span a decade; write other values below the axis."""
-    if heights.min() > 0 and heights.max() / heights.min() >= style.DECADE:
-        style.make_logarithmic(axis)
+def _draw_range(axis: Axes, frame: pd.DataFrame) -> list[Any]:
+    """Draw where most lines lie, and their median; return what stands in the legend."""
+    values = frame.groupby("x")["value"]
+    bands = [
+        axis.fill_between(
+            values.min().index, values.quantile(low), values.quantile(high), color=colour, linewidth=0, label=name
+        )
+        for (low, high), colour, name in (
+            (MOST, "0.9", f"80 % of {frame['line'].nunique()} lines"),
+            (HALF, "0.78", "half of them"),
+        )
+    ]
+    return [*bands, *axis.plot(values.median(), color="black", linewidth=2, label="their median")]
+
+
+def _scale(axis: Axes, names: list[str], values: list[Any], numeric: bool) -> None:
+    """Make the x-axis logarithmic if its numbers span a decade; write other values below it, as they read."""
     if not numeric:
-        axis.set_xticks(range(len(values)), [text(value) for value in values])
+        axis.set_xticks(range(len(values)), names)
         return
     ordered = sorted(values)
     if ordered[0] > 0 and ordered[-1] / ordered[0] >= style.DECADE:

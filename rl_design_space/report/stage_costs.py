@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
-from rl_design_space.analysis.ratios import ratio_of
+from rl_design_space.analysis.ratios import plain_ratio, ratio_of
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.design import stages_of
 from rl_design_space.learning.result import LearningCurves
@@ -21,20 +22,22 @@ from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, having
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import DASHES, MARKERS, colours, interval, styled, tidy
+from rl_design_space.report.style import DASHES, MARKERS, interval, styled, tidy
 from rl_design_space.tracking.selection import Where
 
 _SIZE, _TRIALS, _CHOICE = "world.size", "curriculum.trials", "curriculum"
 #: Ratios by their column: measure, and whether learning alone explores as `usual` says.
 _RATIOS = {
-    "equal": ("total_steps_scaled", False), "equal_usual": ("total_steps_scaled", True),
-    "decisions": ("total_steps", False), "decisions_usual": ("total_steps", True),
-    "median": ("total_steps_scaled,statistic=median", False),
-}  # fmt: skip
+    "equal": ("total_steps_scaled", False),
+    "equal_usual": ("total_steps_scaled", True),
+    "decisions": ("total_steps", False),
+    "decisions_usual": ("total_steps", True),
+}
+_MEDIAN = "total_steps_scaled,statistic=median"
 _NOWHERE = Estimate(math.nan, math.nan, math.nan)
 _COLUMNS = [
     "representation", "exploration", "grids", "trials", "carry", "steps", "coarse_share",
-    *(f"{name}{end}" for name in _RATIOS for end in ("", "_low", "_high")), "end", "end_alone", "pays",
+    *(f"{name}{end}" for name in _RATIOS for end in ("", "_low", "_high")), "median", "end", "end_alone", "pays",
 ]  # fmt: skip
 
 
@@ -51,15 +54,18 @@ class StageCosts(Report):
     usual: Annotated[Where, Field(min_length=1)]
     drawn: int = 50
 
+    choosable: ClassVar[Sequence[str]] = ("colour_map",)
+
     def frames(self, runs: Runs) -> Frames:
         """Return a row for each point with stages.
 
         Returns:
             representation, exploration, grids (as `10 → 30`), trials (on each coarse grid), carry; steps, all of them
             in steps of the last grid's length; coarse_share, which part of these is made on coarse grids; ratios to
-            learning alone in the same way, and in the usual way (`_usual`), in steps of equal length (`equal`, and
-            `median` of these) and in decisions, each with its interval; end and end_alone, steps / optimum in the last
-            ten trials; pays, whether both ratios in steps of equal length are below 1 with their intervals.
+            learning alone in the same way, and in the usual way (`_usual`), in steps of equal length (`equal`) and in
+            decisions, each with its interval; median, `equal` by medians over periods; end and end_alone, steps /
+            optimum in the last ten trials; pays, whether both ratios in steps of equal length are below 1 with their
+            intervals.
         """
         rows = []
         alone = [point for point in runs.points if not stages_of(point.planned.point)]
@@ -74,21 +80,23 @@ class StageCosts(Report):
 
     def draw(self, frames: Frames) -> Figure:
         rows = frames[MAIN]
-        return _draw(rows[rows["trials"] == self.drawn], self.title)
+        return _draw(rows[rows["trials"] == self.drawn], self)
 
     def numbers(self, frames: Frames) -> list[str]:
-        """Return the ratios of the points that are drawn, and how many pay."""
-        rows = frames[MAIN]
-        known = rows.dropna(subset="equal")
+        """Return how many points pay, and the cheapest one that is drawn of each representation and last grid."""
+        known = frames[MAIN].dropna(subset="equal")
+        drawn = known[known["trials"] == self.drawn]
+        last = drawn["grids"].str.rpartition("→")[2]
+        cheapest = drawn.loc[drawn.groupby([drawn["representation"], last], sort=False)["equal_usual"].idxmin()]
         lines = (
             f"{_name(row)}: {_ratio(row, 'equal')} of the steps alone, {_ratio(row, 'equal_usual')} of those with "
             f"the usual exploration, {_ratio(row, 'decisions')} in decisions{'; pays' if row['pays'] else ''}"
-            for row in known[known["trials"] == self.drawn].to_dict("records")
+            for row in cheapest.to_dict("records")
         )
         return [f"{int(known['pays'].sum())} of {len(known)} ways to begin on coarse grids pay", *lines]
 
     def text(self, frames: Frames) -> list[str]:
-        """Return the number of points that pay, and all points as a table."""
+        """Return the numbers, and all points as a table."""
         rows = frames[MAIN]
         shown = [
             [
@@ -104,10 +112,8 @@ class StageCosts(Report):
             "representation", "exploration", "grids", "trials", "carry", "steps", "coarse", "equal length / alone",
             "/ alone, usual", "decisions / alone", "/ alone, usual", "medians", "end, alone", "pays",
         ]  # fmt: skip
-        numbers = self.numbers(frames)
         return [
-            f"**{numbers[0]}.**",
-            "\n".join(f"- {line}" for line in numbers[1:]),
+            "\n".join(f"- {line}" for line in self.numbers(frames)),
             "Steps are those of all stages, coarse grids included, to the end of the same trials on the fine grid. In "
             "*steps of equal length* a step on a d×d grid counts as D/d steps on D×D; in *decisions* each step counts "
             "as one. *Alone* explores in the same way as the first grid; *usual* with "
@@ -136,12 +142,15 @@ def _row(
         "grids": " → ".join(map(str, grids)),
         "trials": point.parameters[_TRIALS],
         "carry": _words(point.parameters["curriculum.carry"]),
-        "steps": math.nan, "coarse_share": math.nan, "end": math.nan, "end_alone": math.nan, "pays": False,
+        "steps": math.nan, "coarse_share": math.nan, "median": math.nan,
+        "end": math.nan, "end_alone": math.nan, "pays": False,
     }  # fmt: skip
     for name, (measure, is_usual) in _RATIOS.items():
         other = usual if is_usual else same
         found = ratio_of(measure, result, other) if result and other else _NOWHERE
         row |= {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
+    if result and same:
+        row["median"] = plain_ratio(_MEDIAN, result, same)
     if result:
         scaled = [result.stage(number).scaled_steps.mean() for number in range(1, len(grids) + 1)]
         last = result.stage(len(grids))
@@ -174,12 +183,12 @@ def _ratio(row: Mapping[Any, Any], name: str) -> str:
 
 
 @styled()
-def _draw(rows: pd.DataFrame, title: str) -> Figure:
+def _draw(rows: pd.DataFrame, look: StageCosts) -> Figure:
     representations, names = list(rows["representation"].unique()), ["grids", "exploration", "carry"]
     ways = rows.sort_values(names, kind="stable", key=lambda column: column.map(str))[names].drop_duplicates()
     places = {tuple(way): place for place, way in enumerate(reversed(ways.values.tolist()))}
     figure, axes = plt.subplots(
-        1, max(1, len(representations)), layout="constrained", squeeze=False, sharey=True,
+        1, max(1, len(representations)), layout="constrained", squeeze=False, sharex=True, sharey=True,
         figsize=(3.6 * max(1, len(representations)) + 2.4, 0.32 * len(places) + 2),
     )  # fmt: skip
     kinds = [
@@ -190,7 +199,7 @@ def _draw(rows: pd.DataFrame, title: str) -> Figure:
     for axis, representation in zip(axes[0], representations, strict=False):
         here = rows[rows["representation"] == representation]
         y = [places[tuple(way)] for way in here[names].values.tolist()]
-        for (kind, what, above), colour, marker in zip(kinds, colours(len(kinds)), MARKERS, strict=False):
+        for (kind, what, above), colour, marker in zip(kinds, look.colours(len(kinds)), MARKERS, strict=False):
             reach = [here[kind] - here[f"{kind}_low"], here[f"{kind}_high"] - here[kind]]
             axis.errorbar(
                 here[kind], [place + above for place in y], xerr=reach, fmt=marker, color=colour, markersize=4,
@@ -198,11 +207,14 @@ def _draw(rows: pd.DataFrame, title: str) -> Figure:
             )  # fmt: skip
         axis.axvline(1, color="0.45", linewidth=1, linestyle=DASHES[1])
         axis.set_xscale("log")
+        axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.xaxis.set_minor_formatter(NullFormatter())
         axis.set_title(representation, fontsize=10)
         axis.set_xlabel("steps of all stages / steps alone")
         axis.set_yticks(list(places.values()), [", ".join(map(_words, way)) for way in places])
         tidy(axis)
     if len(rows):
         figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
-    figure.suptitle(title, fontsize=12)
+    figure.suptitle(look.title, fontsize=12)
     return figure

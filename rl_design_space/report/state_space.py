@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -41,6 +41,8 @@ class StateSpace(Report):
     published: dict[str, dict[int, dict[int, int]]] = Field(default_factory=dict)
     labels: dict[str, str] = Field(default_factory=dict)
     source: str = "published"
+
+    names_cells: ClassVar[bool] = True
 
     def frames(self, runs: Runs) -> Frames:
         """Return one row for each point of the study.

@@ -20,9 +20,10 @@ import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 from matplotlib.transforms import ScaledTranslation
 
 from rl_design_space._arrays import FloatArray
@@ -35,12 +36,24 @@ DASHES: list[Any] = ["-", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (5, 1
 MARKERS = "osD^vP"
 #: Ratio of the largest to the least value from which on an axis or a colour scale is logarithmic.
 DECADE = 10
+#: Ticks of an axis of ratios, from the fewest to the most; the fewest of those with so many are taken.
+_RATIOS = [
+    *([one * 10.0**ten for ten in range(-9, 9) for one in ones] for ones in ((1, 2, 5), (1, 1.5, 2, 3, 5, 7))),
+    *([part / parts for part in range(1, 20 * parts)] for parts in (5, 10, 20, 50, 100)),
+]  # fmt: skip
+_TICKS = 3
 #: With a fixed salt the same figure is the same bytes; text in an SVG stays text.
-#: Text is shown as it is: a dollar sign in a name begins no formula.
-_SETTINGS = {"svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "text.parse_math": False}
+#: Text is shown as it is: a dollar sign in a name begins no formula. Fonts in a PDF are TrueType (Type 42), which
+#: publishers ask for.
+_SETTINGS = {
+    "svg.hashsalt": "rl-design-space", "svg.fonttype": "none", "pdf.fonttype": 42, "text.parse_math": False,
+}  # fmt: skip
 #: Looks of the note in the corner of a picture.
 _MARK = {"fontsize": 8, "color": "#664d03", "backgroundcolor": "#fff3cd"}
-_DOTS_PER_INCH = 160
+#: Resolution of pictures.
+DOTS_PER_INCH = 160
+#: Resolution of pictures whose size was asked for: they are printed.
+PRINTED = 300
 #: What Matplotlib calls a line without a name.
 _UNNAMED = re.compile(r"_child\d+")
 
@@ -70,6 +83,15 @@ def make_logarithmic(axis: Axes) -> None:
     axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     write_in_full(axis.yaxis)
     axis.yaxis.set_minor_formatter(NullFormatter())
+
+
+def show_ratios(axis: Axis, least: float, most: float) -> None:
+    """Make an axis one of ratios: logarithmic, so that twice as much is as far from 1 as half as much."""
+    axis._set_axes_scale("log")  # type: ignore[attr-defined]
+    inside = [[tick for tick in ticks if least <= tick <= most] for ticks in _RATIOS]
+    axis.set_major_locator(FixedLocator(next((ticks for ticks in inside if len(ticks) >= _TICKS), inside[-1])))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"×{value:.3g}"))
+    axis.set_minor_locator(NullLocator())
 
 
 def draw_curve(axis: Axes, curve: pd.DataFrame, colour: Any, dashes: Any, label: str | None = None) -> None:
@@ -112,25 +134,35 @@ def interval(low: float, high: float, form: str = "") -> str:
 
 
 @styled()
-def save(figure: Figure, stem: Path, mark: str = "") -> list[Path]:
-    """Write a figure as PNG and SVG, the same bytes for the same figure, and close it.
+def add_mark(figure: Figure, mark: str) -> None:
+    """Write a short note into the upper right corner of a figure; nothing if it is empty."""
+    if mark:
+        place = figure.transFigure + ScaledTranslation(-0.08, -0.08, figure.dpi_scale_trans)  # inches
+        figure.text(1, 1, mark, ha="right", va="top", transform=place, **_MARK)  # type: ignore[arg-type]
+
+
+@styled()
+def save(figure: Figure, stem: Path, dots_per_inch: float = DOTS_PER_INCH, *, pdf: bool = False) -> list[Path]:
+    """Write a figure as PNG and SVG, and as PDF if asked for, the same bytes for the same figure, and close it.
 
     Args:
         figure: to be written.
         stem: path of the files without their suffix.
-        mark: short note that is written into the upper right corner.
+        dots_per_inch: resolution of the PNG.
+        pdf: whether a PDF is written, too.
 
     Returns:
         The paths written.
     """
-    if mark:
-        place = figure.transFigure + ScaledTranslation(-0.08, -0.08, figure.dpi_scale_trans)  # inches
-        figure.text(1, 1, mark, ha="right", va="top", transform=place, **_MARK)  # type: ignore[arg-type]
     png, svg = (stem.with_name(f"{stem.name}{suffix}") for suffix in (".png", ".svg"))
-    figure.set_dpi(_DOTS_PER_INCH)
+    figure.set_dpi(dots_per_inch)
     # The canvases, because `Figure.savefig` draws everything once more before each file.
     FigureCanvasAgg(figure).print_png(png)  # type: ignore[no-untyped-call]
     figure.set_layout_engine("none")  # the places of all parts are known now; to find them takes as long as to draw
     FigureCanvasSVG(figure).print_svg(svg, metadata={"Date": None})  # type: ignore[no-untyped-call]
+    paths = [png, svg]
+    if pdf:
+        paths.append(stem.with_name(f"{stem.name}.pdf"))
+        FigureCanvasPdf(figure).print_pdf(paths[-1], metadata={"CreationDate": None})  # type: ignore[no-untyped-call]
     plt.close(figure)
-    return [png, svg]
+    return paths

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import pandas as pd
@@ -15,16 +15,17 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
+from rl_design_space.analysis.parts.measured import value
 from rl_design_space.analysis.ratios import ratio_of
 from rl_design_space.design import stages_of
 from rl_design_space.report.base import MAIN, Frames, Report, Text
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import DASHES, colours, interval, make_logarithmic, styled, tidy
+from rl_design_space.report.style import DASHES, interval, make_logarithmic, styled, tidy
 from rl_design_space.tracking.selection import Where
 
-_MEDIAN = "final_over_optimum,statistic=median"
+_MEAN = "final_over_optimum"
 _COLUMNS = [
     "line", "layouts", "solved", "solved_low", "solved_high", "at_once", "at_once_low", "at_once_high",
     "over_optimum", "over_optimum_median", "saved", "saved_low", "saved_high",
@@ -52,6 +53,8 @@ class TransferCurve(Report):
     at_once: float = 2.0
     level: float = 0.9
     grades: dict[Text, Text] = Field(default_factory=dict)
+
+    choosable: ClassVar[Sequence[str]] = ("colour_map",)
 
     def frames(self, runs: Runs) -> Frames:
         """Return line, layouts, and solved, at_once, over_optimum and saved: one row for each layout that is used.
@@ -82,8 +85,8 @@ class TransferCurve(Report):
             for name, measure in used.items():
                 found = runs.estimate(seeds, measure)
                 row |= {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
-            row["over_optimum"] = runs.estimate(seeds, f"final_over_optimum,stage={number}").value
-            row["over_optimum_median"] = runs.estimate(seeds, f"{_MEDIAN},stage={number}").value
+            row["over_optimum"] = value(f"{_MEAN},stage={number}", result)
+            row["over_optimum_median"] = value(f"{_MEAN},stage={number},statistic=median", result)
             if baseline:
                 ratio = ratio_of(f"total_steps,stage={number + 1}", result, baseline)
                 row |= {"saved": 1 - ratio.value, "saved_low": 1 - ratio.high, "saved_high": 1 - ratio.low}
@@ -91,7 +94,7 @@ class TransferCurve(Report):
         return rows
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.title, self.at_once, self.level)
+        return _draw(frames[MAIN], self)
 
     def numbers(self, frames: Frames) -> list[str]:
         """Return how each line uses the first and the last new layout, and from when on it solves them at once."""
@@ -174,11 +177,11 @@ def _percent(row: Mapping[Any, Any] | pd.Series[Any], name: str) -> str:
 
 
 @styled()
-def _draw(rows: pd.DataFrame, title: str, at_once: float, level: float) -> Figure:
+def _draw(rows: pd.DataFrame, look: TransferCurve) -> Figure:
     figure, (share, steps, saved) = plt.subplots(1, 3, figsize=(14, 4.6), layout="constrained")
     names = list(rows["line"].unique())
     dashes = DASHES * len(names)
-    for name, colour, dash in zip(names, colours(len(names)), dashes, strict=False):
+    for name, colour, dash in zip(names, look.colours(len(names)), dashes, strict=False):
         line = rows[rows["line"] == name]
         how = {"color": colour, "linestyle": dash, "linewidth": 1.4}
         for axis, column in ((share, "at_once"), (saved, "saved")):
@@ -187,11 +190,11 @@ def _draw(rows: pd.DataFrame, title: str, at_once: float, level: float) -> Figur
                 axis.fill_between(line["layouts"], low, high, color=colour, alpha=0.2, linewidth=0)
                 axis.plot(line["layouts"], line[column], label=name if axis is share else None, **how)
         steps.plot(line["layouts"], line["over_optimum_median"], **how)
-    share.axhline(level, color="0.45", linewidth=0.8)
+    share.axhline(look.level, color="0.45", linewidth=0.8)
     saved.axhline(0, color="0.45", linewidth=0.8)
     make_logarithmic(steps)
     for axis, heading in (
-        (share, f"solved at once: within {at_once:g} times the fewest steps"),
+        (share, f"solved at once: within {look.at_once:g} times the fewest steps"),
         (steps, "steps / optimum, median period"),
         (saved, "steps saved in learning the layout"),
     ):
@@ -202,5 +205,5 @@ def _draw(rows: pd.DataFrame, title: str, at_once: float, level: float) -> Figur
     for axis in (share, saved):
         axis.yaxis.set_major_formatter(PercentFormatter(1, decimals=0))
     figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
-    figure.suptitle(title, fontsize=12)
+    figure.suptitle(look.title, fontsize=12)
     return figure

@@ -64,11 +64,15 @@ def compare(reader: RunReader, run_id: str, threads: int | None) -> Comparison:
     point = recorded_point(config, f"run {run.run_id}")
     check_config(found, config)
     curves = simulate(point, threads)
-    different = [name for name in _COMPARED if not np.array_equal(recorded[name], getattr(curves, name))]
+    different = [name for name in _COMPARED if not _equal(recorded[name], getattr(curves, name))]
     what = f"{found.name} (run {run.run_id})"
     if not different:
         return Comparison(True, f"identical: {what}, {curves.steps.size:,} trials, bit for bit")
     return Comparison(False, f"different: {what}, in {', '.join(different)}{_why(found, point, recorded)}")
+
+
+def _equal(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
 
 
 def _why(found: FoundRun, point: DesignPoint, recorded: Mapping[str, NDArray[Any]]) -> str:

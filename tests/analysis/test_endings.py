@@ -19,7 +19,7 @@ from rl_design_space.analysis.endings import (
     verdict,
 )
 from rl_design_space.learning.memoryless import Memoryless
-from rl_design_space.learning.recording import Path
+from rl_design_space.learning.sequential.method import Path
 
 #: Cells 0 to 2 look the same, and so do 3 to 5.
 ROW = np.array([[0, 0, 0, 1, 1, 1], [2, 2, 2, 3, 3, 3]], dtype=np.int32)

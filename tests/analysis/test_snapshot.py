@@ -10,8 +10,8 @@ import pytest
 from rl_design_space.analysis.snapshot import chosen_period, chosen_trial, edges_of, snapshot
 from rl_design_space.design import DesignPoint, Direction, Task, Torus
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.recording import Path
 from rl_design_space.learning.replay import Replay, Replayer
+from rl_design_space.learning.sequential.method import Path
 
 POINT = DesignPoint(representation=Direction(), world=Torus(size=6), task=Task(goals=2, trials=12, periods=3))
 

@@ -156,7 +156,8 @@ def test_keys_have_type_range_and_default(said: Said):
 
 def test_a_parameter_is_found_in_every_option_that_has_it(told: Told):
     shown = told("show", "exploration.start")
-    assert list(shown) == ["exploration=exponential", "exploration=linear"]
+    options = ("error_driven", "exponential", "linear", "success_driven")
+    assert list(shown) == [f"exploration={option}" for option in options]
     assert shown["exploration=linear"]["default"] == 0.9
 
 

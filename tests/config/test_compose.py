@@ -113,6 +113,24 @@ def test_the_order_of_overrides_counts_as_in_hydra(overrides: Overrides):
 
 
 @pytest.mark.parametrize(
+    ("name", "composed"),
+    [("table4", 1), ("readings_pairs", 2)],
+    ids=["of a file alone", "with a defaults list"],
+)
+def test_the_config_of_a_study_is_that_of_hydra(name: str, composed: int, monkeypatch: pytest.MonkeyPatch):
+    asked = []
+    with shipped_config():
+        expected = by_hydra([f"study={name}"])
+        composer, compose = Composer(), hydra.compose
+        monkeypatch.setattr(hydra, "compose", lambda *args, **others: asked.append(args) or compose(*args, **others))
+        for title in ("mine", "yours"):
+            assert composer.config([f"study={name}", f"study.report.title={title}"]).study.report.title == title
+        assert OmegaConf.to_container(composer.config([f"study={name}"])) == OmegaConf.to_container(expected)
+    # The config without a study is composed once; more is for Hydra to do only if the file is not all there is.
+    assert len(asked) == composed
+
+
+@pytest.mark.parametrize(
     ("overrides", "point"),
     [
         ([], DesignPoint()),

@@ -14,6 +14,7 @@ from rl_design_space.contracts import (
     check_carry,
     check_curriculum,
     check_exploration,
+    check_learner,
     check_msa,
     check_representation,
     check_reward,
@@ -48,6 +49,7 @@ CHECKS = {
     "msa": check_msa,
     "reward": check_reward,
     "curriculum": check_curriculum,
+    "learner": check_learner,
 }
 SHIPPED = [pytest.param(group, name, id=f"{group}={name}") for group in CHECKS for name in names_of(group)]
 #: Beside the shipped options and the limits of their ranges.
@@ -84,8 +86,8 @@ def test_the_variations_of_an_option_are_those_of_its_annotations():
     assert Torus(size=2) in variations(Torus())
 
 
-def test_every_choice_with_a_contract_has_options_and_only_the_learner_has_no_contract():
-    assert set(CHECKS) == set(OPTION_GROUPS) - {"learner"}
+def test_every_choice_has_a_contract_and_options():
+    assert set(CHECKS) == set(OPTION_GROUPS)
     assert all(names_of(group) for group in CHECKS)
 
 

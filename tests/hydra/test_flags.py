@@ -62,7 +62,7 @@ def test_help_lists_commands_and_options(words: tuple[str, ...], command: Comman
     for word, said in command_words.summaries().items():
         assert f"{word} {said}" in lines
     assert "world torus, walled" in lines
-    assert "representation ad_hoc, direct, direction, distance" in lines
+    assert "representation ad_hoc, aggregated, direct, direction, distance, without" in lines
     assert "msa none, controllers, length_2, length_3, length_5, lengths_2_3, lengths_2_3_5, lengths_3_5," in lines
 
 

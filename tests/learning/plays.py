@@ -8,6 +8,7 @@ import numpy as np
 
 from rl_design_space.design import DesignPoint
 from rl_design_space.learning.behaviour import COIN_SIDES
+from rl_design_space.learning.earning import earnings, width_of
 from rl_design_space.learning.kernel import Rules, learn
 from rl_design_space.learning.lanes import empty_lanes, row_width
 from rl_design_space.learning.layouts import layouts_of
@@ -75,21 +76,31 @@ def play_period(point: DesignPoint, period: int) -> tuple[Play, np.ndarray]:
     tables = learning_tables(point)
     table = action_table(point, layout[np.newaxis, 1:], codes)
     state = behaviour_states(point.seed, point.task.periods)[period]
-    played = _learn(tables.next_cell, codes, layout, tables.threshold, tables.limits, tables.rules, state, table)
+    paid = earnings(point, tables, layout[np.newaxis, 1:])
+    played = _learn(
+        tables.next_cell, codes, layout, tables.threshold, tables.limits, tables.rules, state, table, tables.chance,
+        paid, tables.method,
+    )  # fmt: skip
     return played, np.unique(codes)
 
 
-def _learn(next_cell, codes, layout, threshold, limits, rules, state, table=None) -> Play:
-    # Read-only as in a simulation: the kernel would be compiled again for other types.
+def _learn(
+    next_cell, codes, layout, threshold, limits, rules, state, table=None, chance=None, paid=None, method=None
+) -> Play:
+    # Read-only or not as in a simulation: the kernel would be compiled again for other types.
     generator, layout = np.array([state], dtype=np.uint64), np.array([layout], dtype=np.int32)
     generator.setflags(write=False)
-    layout.setflags(write=False)
     limits = tuple(limits)
-    lanes = empty_lanes(1, codes.size, limits, tabulated=table is not None)
+    lanes = empty_lanes(
+        1, codes.size, limits, tabulated=table is not None, drawn=chance is not None, earnings=width_of(paid)
+    )
     steps = np.empty((1, len(threshold)), dtype=np.int32)
     success = np.empty((1, len(threshold)), dtype=np.bool_)
     rows = np.empty((1, 2), dtype=np.int32)
-    learn(next_cell, limits, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows, table)
+    learn(
+        next_cell, limits, threshold, rules, codes, 0, layout, generator, lanes, True, steps, success, rows, table,
+        None, chance, paid, method,
+    )  # fmt: skip
     # The learner numbers rows as their codes occur; here they go by the codes' values.
     _, occurs = np.unique(codes, return_index=True)
     row_of = np.argsort(np.argsort(occurs))

@@ -122,6 +122,8 @@ def another_value(value: Any, kind: Any) -> Any:
     match value:
         case "same":  # of a size
             return 7
+        case None:  # no probability
+            return 0.5
         case "same_place" | "same_observation":
             return "none"
         case () if kind == tuple[Stage, ...]:
@@ -130,6 +132,8 @@ def another_value(value: Any, kind: Any) -> Any:
             return choices[0]
         case str():
             return f"{value}_also"
+        case None:  # of a probability
+            return 0.3
         case bool():
             return not value
         case int():
@@ -141,6 +145,8 @@ def another_value(value: Any, kind: Any) -> Any:
     raise AssertionError(f"say here what another value than {value!r} is")
 
 
+#: What else a field needs to be changed.
+NEEDED = {"alpha_fall": {"alpha_schedule": "linear"}, "alpha_power": {"alpha_schedule": "polynomial"}}
 #: Other values of fields that allow few.
 ALLOWED = {
     Aggregated: {"block": 5},
@@ -155,7 +161,7 @@ def changed(component: Any) -> Iterator[tuple[str, Any]]:
     for one in fields(component):
         value = getattr(component, one.name)
         other = allowed[one.name] if allowed else another_value(value, kinds[one.name])
-        yield one.name, replace(component, **{one.name: other})
+        yield one.name, replace(component, **{one.name: other}, **NEEDED.get(one.name, {}))
 
 
 OPTIONS = [(group, file.stem) for group in OPTION_GROUPS for file in sorted((CONF / group).glob("*.yaml"))]

@@ -134,7 +134,7 @@ def test_a_block_without_sweeps_is_the_default_point(planned):
     ("sweeps", "names"),
     [
         ({"representation": "glob(d*)"}, ["direct", "direction", "distance"]),
-        ({"representation": "glob(*, exclude=d*)"}, ["ad_hoc"]),
+        ({"representation": "glob(*, exclude=[d*,w*])"}, ["ad_hoc", "aggregated"]),
         ({"seed": "choice(3,1)"}, ["3", "1"]),
         ({"seed": "sort(3,1)"}, ["1", "3"]),
         ({"msa.lengths": [2, 3]}, ["[2,3]"]),

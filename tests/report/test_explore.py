@@ -14,6 +14,7 @@ import pytest
 from rl_design_space.commands import figure_words
 from rl_design_space.errors import ConfigError
 from rl_design_space.report.explore import page_data, render
+from rl_design_space.report.look import Look
 from tests.browser import needs_browser
 from tests.devtools import Tab, tab
 from tests.tracking.stores import copy_database, learned, record, tracker_at
@@ -134,6 +135,55 @@ def test_a_click_on_a_cell_shows_its_runs(page: tuple[Tab, str]):
     link = opened.evaluate("document.querySelector('#chosen a').href")
     assert link == ADDRESS.replace("RUN_ID", f"{2:032x}")
     opened.wait("document.querySelectorAll('#chosen-chart .scatterlayer .trace').length == 2")
+    # Of a picture, screen readers read its buttons alone; each has a name of its own, and none sends data elsewhere.
+    opened.wait("[...document.querySelectorAll('#chosen-chart svg')].every((drawn) => drawn.ariaHidden === 'true')")
+    assert opened.evaluate("document.querySelectorAll('#chart svg:not([aria-hidden=true])').length") == 0
+    assert opened.evaluate("document.querySelectorAll('[role=img] button').length") == 0
+    names = "[...document.querySelectorAll('main button, main a')].map((each) => each.ariaLabel ?? each.textContent)"
+    named = [name for name in opened.evaluate(names) if name.startswith(("MLflow", "Copy"))]
+    assert named == [
+        f"MLflow run {2:032x}"[:19], "Copy: rl-design-space exploration.k=2 'msa.lengths=[2, 3]'",
+        f"MLflow run {3:032x}"[:19], "Copy: rl-design-space exploration.k=2 'msa.lengths=[2, 3]'",
+    ]  # fmt: skip
+    assert "Share" not in " ".join(opened.evaluate(names))
+
+
+def test_labels_order_and_colours_are_those_that_were_chosen():
+    look = Look(
+        labels={"representation=ad_hoc": "Ad hoc"},
+        order={"representation": "ad_hoc"},
+        scale="log",
+        colour_map="viridis",
+    )
+    data = page_data(frame(), ["total_steps"], curves(), ADDRESS, look)
+    values = next(each["values"] for each in data["parameters"] if each["name"] == "representation")
+    assert values == ["ad_hoc", "<direction>"]
+    assert data["look"]["labels"] == {"representation=ad_hoc": "Ad hoc"}
+    assert data["look"]["cells"][0] == [68, 1, 84]
+    assert data["look"]["lines"][0].startswith("#")
+    usual = page_data(frame(), ["total_steps"], curves(), ADDRESS)["look"]
+    assert usual == {"labels": {}, "scale": "", "cells": [], "lines": []}
+
+
+@needs_plotly
+@needs_browser
+def test_labels_are_what_is_read_and_names_what_is_linked(page: tuple[Tab, str], tmp_path: Path):
+    opened, _ = page
+    path = tmp_path / "labelled.html"
+    look = Look(
+        labels={"representation=ad_hoc": "Ad hoc", "exploration.k": "decay", "total_steps": "Total"}, scale="log"
+    )
+    data = page_data(frame(), ["total_steps"], curves(), ADDRESS, look)
+    path.write_text(render(data, "Runs", "made"), encoding="utf-8")
+    shown(opened, path.as_uri())
+    assert (
+        opened.evaluate("document.getElementById('chart-heading').textContent") == "Total by representation and decay"
+    )
+    button = "document.querySelector('#table button[data-key=\"representation=ad_hoc exploration.k=1\"]')"
+    assert opened.evaluate(f"{button}.ariaLabel") == "Ad hoc, decay=1: 1,101, show its runs"
+    opened.evaluate(f"{button}.click()")
+    assert opened.evaluate("location.hash") == "#chosen=representation%3Dad_hoc+exploration.k%3D1"
+    assert opened.evaluate("document.querySelector('[name=scale]').value") == "log"
 
 
 @needs_plotly

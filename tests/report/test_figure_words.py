@@ -169,7 +169,7 @@ def test_sensitivity_has_a_line_for_each_of_the_other_choices(runs: Runs):
 
 
 def test_many_lines_are_drawn_with_their_median():
-    figure = Sensitivity(parameter="k")
+    figure = Sensitivity(parameter="k", scale="linear")
     rows = [
         (f"line {i}", k, float(10 * i + k), 0.0, 0.0, 1) for i in range(9) for k in ((3, 2, 1) if i % 2 else (1, 2))
     ]
@@ -178,7 +178,9 @@ def test_many_lines_are_drawn_with_their_median():
     (median,) = (line for line in axis.lines if line.get_color() == "black")
     assert median.get_xdata().tolist() == [1, 2, 3]
     assert median.get_ydata().tolist() == frame.groupby("k")["value"].median().tolist()
-    assert [text.get_text() for text in axis.get_legend().get_texts()] == ["median of 9 lines"]
+    assert [text.get_text() for text in axis.get_legend().get_texts()][:3] == [
+        "80 % of 9 lines", "half of them", "their median",
+    ]  # fmt: skip
     plt.close(axis.figure)
 
 

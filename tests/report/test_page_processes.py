@@ -45,7 +45,7 @@ def written(monkeypatch: pytest.MonkeyPatch) -> list[Part]:
     """The parts in the order in which they are written."""
     parts: list[Part] = []
 
-    def write(part: Part, reader: object, folder: Path) -> list[Path]:
+    def write(part: Part, reader: object, folder: Path, look: object) -> list[Path]:
         parts.append(part)
         return [folder / part.name]
 

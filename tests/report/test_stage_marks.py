@@ -79,7 +79,7 @@ def test_curves_of_any_runs_mark_where_their_stages_begin(both: Study):
     study = replace(both, plan=Plan((*both.plan, *plain)))
     report = Curves(by=("curriculum.carry",))
     frames = report.frames(Runs.of_study(both, LearningReader(both.plan)))
-    assert frames[STAGES].values.tolist() == [["curriculum.carry=none", 3], ["curriculum.carry=same_place", 3]]
+    assert frames[STAGES].values.tolist() == [["curriculum.carry=same_place", 3], ["curriculum.carry=none", 3]]
     axis = report.draw(frames).axes[0]
     assert [line.get_xdata()[0] for line in axis.lines if line.get_gid() == STAGES] == [2.5]
     some = report.frames(Runs.of_study(study, LearningReader(study.plan)))

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.quiver import Quiver
 from PIL import Image
 
 import rl_design_space as rds
+from rl_design_space.design import WAIT
 from rl_design_space.report.inside.animation import Frames, trials_shown
 from rl_design_space.report.inside.grid import Grid
+from rl_design_space.report.inside.picture import Picture
 from rl_design_space.report.inside.watched import Watched
 from tests.browser import needs_browser, opened
 
@@ -45,6 +49,18 @@ def test_the_period_is_the_one_asked_for(watched: Watched):
         rds.watch(POINT, period="worse")
     with pytest.raises(rds.ConfigError, match="point=direction: should be a DesignPoint"):
         rds.watch("direction")
+
+
+def test_an_action_that_waits_is_a_circle(watched: Watched):
+    greedy = watched.snapshot.greedy[0]
+    cell, action = np.argwhere(greedy & (watched.snapshot.learned[0] & (greedy.sum(axis=1) == 1))[:, np.newaxis])[0]
+    made = watched.inside.made.copy()
+    made[action, 0, cell] = WAIT
+    figure = Picture(replace(watched.inside, made=made), watched.snapshot, "waiting").figure
+    (circles,) = (each for each in figure.axes[0].collections if isinstance(each, PathCollection))
+    assert circles.get_offsets().tolist() == [[cell % 5, cell // 5]]
+    assert "action that waits in this cell" in [text.get_text() for text in figure.legends[0].get_texts()]
+    plt.close(figure)
 
 
 def test_the_figure_shows_values_arrows_and_visits(watched: Watched):

@@ -10,7 +10,7 @@ from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import DesignPoint, Torus, cell_count, open_cells
+from rl_design_space.design import DesignPoint, Torus, cell_count, open_cells, undisturbed
 from rl_design_space.report.style import BLUE, ORANGE
 
 #: Where the border between a cell and its neighbour on the right, on the left, above and below begins and ends.
@@ -31,10 +31,11 @@ class Grid:
 
     def __init__(self, point: DesignPoint) -> None:
         self.width, self.height = point.world.shape
-        self.next_cell = point.world.next_cell()
+        world = undisturbed(point.world)
+        self.next_cell = world.next_cell()
         self.is_open = np.zeros(cell_count(point.world), dtype=np.bool_)
         self.is_open[open_cells(point.world)] = True
-        self.is_torus = isinstance(point.world, Torus)
+        self.is_torus = isinstance(world, Torus)
 
     def at(self, cells: NDArray[np.int32]) -> FloatArray:
         """Return the coordinates of cells, (…, 2); y grows downwards."""
@@ -130,7 +131,7 @@ class Grid:
                 continue
             way = after - before
             parts = [np.stack([before, after])]
-            if np.abs(way).max() > 1:
+            if (2 * np.abs(way) > (self.width, self.height)).any() and np.abs(way).max() > 1:
                 outwards = -np.sign(way)
                 parts = [np.stack([before, before + 0.5 * outwards]), np.stack([after - 0.5 * outwards, after])]
             lines += parts

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.snapshot import Snapshot, edges_of
 from rl_design_space.design import MOVES, WAIT
+from rl_design_space.learning.optimum import needed
 from rl_design_space.learning.replay import Replay
 from rl_design_space.report.inside.grid import Grid
 from rl_design_space.report.style import VERMILION, styled, write_in_full
@@ -34,6 +35,8 @@ _VISITS = LinearSegmentedColormap.from_list("visits", colormaps["Purples"](np.li
 _UNKNOWN = "0.93"
 #: Colours of arrows, by the kind of action: primitive actions first.
 _ARROWS = ("0.1", "#7a0177", "#005a32", "#7f2704")
+#: Diameter of the circle of an action that waits, as a share of a cell.
+_CIRCLE = 0.34
 
 
 class Picture:
@@ -50,6 +53,7 @@ class Picture:
     def __init__(self, inside: Replay, first: Snapshot, title: str, scale: tuple[Snapshot, ...] = ()) -> None:
         self._inside, self._grid, self._title = inside, Grid(inside.point), title
         self._kinds = list(dict.fromkeys(inside.point.msa.labels))
+        self._kind_of_actions = np.array([self._kinds.index(label) for label in inside.point.msa.labels])
         goals = len(inside.goals)
         self._across = min(goals, _ACROSS)
         blocks = -(-goals // self._across)
@@ -123,14 +127,14 @@ class Picture:
         greedy = snapshot.greedy[goal]
         drawn = snapshot.learned[goal] & self._grid.is_open & ~greedy.all(axis=1)
         drawn[self._inside.goals[goal]] = False  # no action is chosen there: the next counter begins
-        # An action that waits has no direction.
         goes = self._inside.made[:, goal].T != WAIT
+        self._circles(axis, greedy & ~goes & drawn[:, np.newaxis])
         cells, actions = np.nonzero(greedy & goes & drawn[:, np.newaxis])
         if not cells.size:
             return
         alone = greedy.sum(axis=1)[cells] == 1
         ways = np.array(MOVES, dtype=np.float64)[self._inside.made[actions, goal, cells]]
-        kinds = np.array([self._kinds.index(label) for label in self._inside.point.msa.labels])[actions]
+        kinds = self._kind_of_actions[actions]
         places = self._grid.at(cells.astype(np.int32))
         # A single action in the middle of its cell; equal ones from the middle outwards.
         tails = places - np.where(alone[:, np.newaxis], 0.36 * ways, 0)
@@ -144,6 +148,17 @@ class Picture:
                 color=_ARROWS[int(kind) % len(_ARROWS)], zorder=2,
             )  # fmt: skip
             self._moving.append(arrows)
+
+    def _circles(self, axis: Axes, waits: NDArray[np.bool_]) -> None:
+        """Draw greedy actions that wait, (cells, actions), which have no direction."""
+        cells, actions = np.nonzero(waits)
+        if cells.size:
+            colours = [_ARROWS[kind % len(_ARROWS)] for kind in self._kind_of_actions[actions]]
+            places = self._grid.at(cells.astype(np.int32))
+            size = (_CIRCLE * self._cell) ** 2
+            x, y = places.T
+            circles = axis.scatter(x, y, s=size, facecolors="none", edgecolors=colours, linewidths=1.4, zorder=2)
+            self._moving.append(circles)
 
     def _path(self, axis: Axes, edges: NDArray[np.int32], counts: NDArray[np.int64]) -> None:
         """Draw a path; steps made more often are drawn wider."""
@@ -167,6 +182,9 @@ class Picture:
                 Line2D([], [], color=_ARROWS[kind % len(_ARROWS)], marker=">", markersize=4, label=label)
                 for kind, label in enumerate(self._kinds)
             ]
+        if (self._inside.made == WAIT).any():
+            looks: dict[str, Any] = {"marker": "o", "markerfacecolor": "none", "markeredgecolor": _ARROWS[0]}
+            handles.append(Line2D([], [], linestyle="none", label="action that waits in this cell", **looks))
         if any(len(np.unique(row)) < len(row) for row in self._inside.row):
             handles.append(Line2D([], [], color="0.25", linewidth=0.8, label="border between observations"))
         self.figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
@@ -183,7 +201,7 @@ def value_norm(shown: tuple[Snapshot, ...]) -> TwoSlopeNorm:
 def told(inside: Replay, snapshot: Snapshot) -> str:
     """Return a snapshot in words."""
     if snapshot.success:
-        end = f"{snapshot.steps:,} steps, at least {inside.optimum} needed"
+        end = f"{snapshot.steps:,} steps, {needed(inside.optimum)}"
     else:
         reached = int(snapshot.path.counters[-1])
         end = f"failed after {snapshot.steps:,} steps, {reached} of {len(inside.goals)} goals reached"

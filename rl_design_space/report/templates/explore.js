@@ -16,14 +16,25 @@ const SHADES = 24, NUMBER_WIDTH = 44;
 // Colours of the scale Cividis at its beginning, middle and end.
 const STOPS = [[253, 231, 55], [124, 123, 120], [0, 34, 78]];
 const LAYOUT = { margin: { l: 20, r: 20, t: 20, b: 40 }, font: { family: "system-ui, sans-serif", size: 13 }, paper_bgcolor: "#fff", plot_bgcolor: "#fff", hoverlabel: { align: "left" } };
-const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+const CONFIG = { responsive: true, displaylogo: false, plotlyServerURL: "", modeBarButtonsToRemove: ["select2d", "lasso2d", "sendChartToCloud"] };
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5200", "#555555", "#5e3c99", "#1b7837", "#b2182b", "#2166ac"];
+const LINES = DATA.look.lines.length ? DATA.look.lines : COLOURS;
+const CELLS = DATA.look.cells.length ? { colorscale: DATA.look.cells.map((colour, at, all) => [at / (all.length - 1), `rgb(${colour.join()})`]) } : { colorscale: "Cividis", reversescale: true };
+const SHADES_OF = DATA.look.cells.length ? DATA.look.cells : STOPS;
 const DASHES = ["solid", "dash", "dot", "dashdot"];
 
 let defaults = {};
 // The runs of the chosen cell, line or point: a key, and a name for it.
 let chosen = null;
 let groupsShown = new Map();
+// How the keys of groups read.
+let spokenKeys = new Map();
+
+// How names and values read. Keys, and the address, hold the names themselves.
+const word = (name) => DATA.look.labels[name] ?? name;
+const valueWord = (name, value) => DATA.look.labels[`${name}=${value}`] ?? value;
+const JOIN = Object.keys(DATA.look.labels).length ? ", " : " ";
+const spoken = (name, value) => (parameters.has(name) ? DATA.look.labels[`${name}=${value}`] ?? `${word(name)}=${value}` : value);
 
 function unpacked(text) {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
@@ -55,7 +66,7 @@ function element(tag, properties, ...children) {
 // ---- Choices
 
 function options(select, names) {
-  select.replaceChildren(...names.map((name) => element("option", { value: name, textContent: name })));
+  select.replaceChildren(...names.map((name) => element("option", { value: name, textContent: word(name) })));
 }
 
 function prepare() {
@@ -72,17 +83,18 @@ function prepare() {
   control("cols").value = most ?? "(all)";
   control("x").value = most ?? control("x").value;
   for (const [name, value] of Object.entries(DATA.fixed)) {
-    $("fixed").append(element("dt", { textContent: name }), element("dd", { textContent: value }));
+    $("fixed").append(element("dt", { textContent: word(name) }), element("dd", { textContent: valueWord(name, value) }));
   }
   for (const parameter of parameters.values()) {
-    const group = element("fieldset", {}, element("legend", { textContent: parameter.name }));
+    const group = element("fieldset", {}, element("legend", { textContent: word(parameter.name) }));
     parameter.values.forEach((value, place) => {
       const box = element("input", { type: "checkbox", checked: true });
       Object.assign(box.dataset, { parameter: parameter.name, place });
-      group.append(element("label", {}, box, value));
+      group.append(element("label", {}, box, valueWord(parameter.name, value)));
     });
     $("filter-list").append(group);
   }
+  if (DATA.look.scale) control("scale").value = DATA.look.scale;
   defaults = Object.fromEntries(SETTINGS.map((name) => [name, control(name).value]));
 }
 
@@ -165,6 +177,7 @@ function heatmap(runs) {
   const column = numbers.get(value);
   const cells = down.map((row) => across.map((each) => {
     const group = rows === cols && row !== each ? undefined : groupsShown.get(key(row, each));
+    spokenKeys.set(key(row, each), rows === cols ? spoken(rows, row) : `${spoken(rows, row)}${JOIN}${spoken(cols, each)}`);
     return { key: key(row, each), count: group?.length ?? 0, value: group ? statistic(group.map((run) => column[run]), of) : null };
   }));
   const log = scale === "log";
@@ -172,17 +185,17 @@ function heatmap(runs) {
   const all = z.flat().filter((each) => each !== null);
   const ticks = log && all.length ? logTicks(Math.min(...all), Math.max(...all)) : {};
   draw([{
-    type: "heatmap", x: across, y: down, z, colorscale: "Cividis", reversescale: true, xgap: 2, ygap: 2,
+    type: "heatmap", x: across.map((each) => valueWord(cols, each)), y: down.map((each) => valueWord(rows, each)), z, ...CELLS, xgap: 2, ygap: 2,
     text: cells.map((row) => row.map((cell) => (cell.count ? shown(cell.value) : ""))), texttemplate: $("chart").clientWidth / (across.length + 3) >= NUMBER_WIDTH ? "%{text}" : "",
-    customdata: cells.map((row) => row.map((cell) => `${cell.key}<br>${value}: ${shown(cell.value)} (${cell.count} runs)`)),
-    hovertemplate: "%{customdata}<extra></extra>", colorbar: { title: { text: value, side: "right" }, thickness: 14, ...ticks },
+    customdata: cells.map((row) => row.map((cell) => `${spokenKeys.get(cell.key)}<br>${word(value)}: ${shown(cell.value)} (${cell.count} runs)`)),
+    hovertemplate: "%{customdata}<extra></extra>", colorbar: { title: { text: word(value), side: "right" }, thickness: 14, ...ticks },
   }], {
-    xaxis: { title: { text: cols }, type: "category", automargin: true }, yaxis: { title: { text: rows }, type: "category", autorange: "reversed", automargin: true },
+    xaxis: { title: { text: word(cols) }, type: "category", automargin: true }, yaxis: { title: { text: word(rows) }, type: "category", autorange: "reversed", automargin: true },
     height: Math.max(320, 110 + 34 * down.length),
   }, (point) => cells[point.pointIndex[0]][point.pointIndex[1]].key);
-  const head = element("tr", {}, element("th", { scope: "col", textContent: `${rows} ╲ ${cols}` }), ...across.map((each) => element("th", { scope: "col", textContent: each })));
-  fillTable(head, down.map((row, at) => element("tr", {}, element("th", { scope: "row", textContent: row }), ...cells[at].map((cell) => element("td", {}, cell.count ? chooser(cell.key, shown(cell.value)) : "")))));
-  return [`${value} by ${rows} and ${cols}`, `${groupsShown.size} cells with runs, ${of} of the runs of a cell`];
+  const head = element("tr", {}, element("th", { scope: "col", textContent: `${word(rows)} ╲ ${word(cols)}` }), ...across.map((each) => element("th", { scope: "col", textContent: valueWord(cols, each) })));
+  fillTable(head, down.map((row, at) => element("tr", {}, element("th", { scope: "row", textContent: valueWord(rows, row) }), ...cells[at].map((cell) => element("td", {}, cell.count ? chooser(cell.key, shown(cell.value)) : "")))));
+  return [`${word(value)} by ${word(rows)} and ${word(cols)}`, `${groupsShown.size} cells with runs, ${of} of the runs of a cell`];
 }
 
 function logTicks(low, high) {
@@ -200,33 +213,36 @@ function mean(name, group, of) {
 function curveView(runs) {
   const [rows, curve, of, scale] = ["rows", "curve", "of", "scale"].map((name) => control(name).value);
   groupsShown = grouped(runs, (run) => named(rows, valueOf(rows, run)));
-  const keys = placesOf(rows, runs).map((value) => named(rows, value));
+  const keys = placesOf(rows, runs).map((value) => {
+    spokenKeys.set(named(rows, value), spoken(rows, value));
+    return named(rows, value);
+  });
   const drawn = keys.slice(0, MOST_LINES).map((key) => ({ key, y: mean(curve, groupsShown.get(key), of) }));
   draw(drawn.map(({ key, y }, at) => ({
-    type: "scatter", mode: "lines", y, name: key, line: { color: COLOURS[at], dash: DASHES[at % DASHES.length], width: 2 }, hovertemplate: `trial %{x}: %{y:.4g}<extra>${key}</extra>`,
-  })), { xaxis: { title: { text: "trial" }, automargin: true }, yaxis: { title: { text: curve }, type: scale, automargin: true }, hovermode: "closest", showlegend: true, legend: { orientation: "h", y: -0.2 }, height: 480 }, (point) => drawn[point.curveNumber].key);
+    type: "scatter", mode: "lines", y, name: spokenKeys.get(key), line: { color: LINES[at], dash: DASHES[at % DASHES.length], width: 2 }, hovertemplate: `trial %{x}: %{y:.4g}<extra>${spokenKeys.get(key)}</extra>`,
+  })), { xaxis: { title: { text: "trial" }, automargin: true }, yaxis: { title: { text: word(curve) }, type: scale, automargin: true }, hovermode: "closest", showlegend: true, legend: { orientation: "h", y: -0.2 }, height: 480 }, (point) => drawn[point.curveNumber].key);
   const places = [0, 9, 29, 49, 99].filter((trial) => trial < curves.get(curve).trials);
   const head = element("tr", {}, ...["line", "runs", ...places.map((trial) => `trial ${trial}`)].map((each) => element("th", { scope: "col", textContent: each })));
-  fillTable(head, drawn.map(({ key, y }) => element("tr", {}, element("th", { scope: "row" }, chooser(key, key)), element("td", { textContent: groupsShown.get(key).length }), ...places.map((trial) => element("td", { textContent: shown(y[trial]) })))));
+  fillTable(head, drawn.map(({ key, y }) => element("tr", {}, element("th", { scope: "row" }, chooser(key, spokenKeys.get(key))), element("td", { textContent: groupsShown.get(key).length }), ...places.map((trial) => element("td", { textContent: shown(y[trial]) })))));
   const more = keys.length > MOST_LINES ? `; the first ${MOST_LINES} of ${keys.length} lines, choose with filters` : "";
-  return [`${curve} by ${rows}`, `${drawn.length} lines, ${of} of the runs of a line${more}`];
+  return [`${word(curve)} by ${word(rows)}`, `${drawn.length} lines, ${of} of the runs of a line${more}`];
 }
 
 function scatter(runs) {
   const [rows, x, value, scale] = ["rows", "x", "value", "scale"].map((name) => control(name).value);
   const column = numbers.get(value), isNumber = numbers.has(x);
-  const at = (run) => (isNumber ? numbers.get(x)[run] : valueOf(x, run));
+  const at = (run) => (isNumber ? numbers.get(x)[run] : valueWord(x, valueOf(x, run)));
   groupsShown = new Map(runs.map((run) => [DATA.runs.ids[run], [run]]));
   const lines = placesOf(rows, runs).map((row) => ({ row, runs: runs.filter((run) => valueOf(rows, run) === row) }));
   draw(lines.map((line, place) => ({
-    type: runs.length > MANY_POINTS ? "scattergl" : "scatter", mode: "markers", name: named(rows, line.row), x: line.runs.map(at), y: line.runs.map((run) => column[run]),
-    marker: { color: COLOURS[place % COLOURS.length], size: 8, opacity: 0.75, symbol: place % 8 }, text: line.runs.map((run) => DATA.runs.commands[run]), hovertemplate: "%{text}<br>%{x}: %{y:.5g}<extra></extra>",
+    type: runs.length > MANY_POINTS ? "scattergl" : "scatter", mode: "markers", name: spoken(rows, line.row), x: line.runs.map(at), y: line.runs.map((run) => column[run]),
+    marker: { color: LINES[place % LINES.length], size: 8, opacity: 0.75, symbol: place % 8 }, text: line.runs.map((run) => DATA.runs.commands[run]), hovertemplate: "%{text}<br>%{x}: %{y:.5g}<extra></extra>",
   })), {
-    xaxis: { title: { text: x }, automargin: true, type: isNumber ? scale : "category", ...(isNumber ? {} : { categoryorder: "array", categoryarray: placesOf(x, runs) }) },
-    yaxis: { title: { text: value }, type: scale, automargin: true }, hovermode: "closest", showlegend: lines.length > 1, legend: { orientation: "h", y: -0.2 }, height: 480,
+    xaxis: { title: { text: word(x) }, automargin: true, type: isNumber ? scale : "category", ...(isNumber ? {} : { categoryorder: "array", categoryarray: placesOf(x, runs).map((each) => valueWord(x, each)) }) },
+    yaxis: { title: { text: word(value) }, type: scale, automargin: true }, hovermode: "closest", showlegend: lines.length > 1, legend: { orientation: "h", y: -0.2 }, height: 480,
   }, (point) => DATA.runs.ids[lines[point.curveNumber].runs[point.pointNumber]]);
   listRuns(runs, value);
-  return [`${value} by ${x}`, "A point for each run"];
+  return [`${word(value)} by ${word(x)}`, "A point for each run"];
 }
 
 // Lines of one shade are one trace: thousands of lines are drawn at once, and without a processor for graphics.
@@ -254,22 +270,22 @@ function parallel(runs) {
     bin.x.push(names.length, null); bin.y.push(share(run), null); bin.runs.push(run, null);
   }
   const shade = (at) => {
-    const part = (2 * at) / (SHADES - 1), first = Math.min(1, Math.floor(part));
-    return `rgb(${STOPS[first].map((from, each) => Math.round(from + (part - first) * (STOPS[first + 1][each] - from))).join()})`;
+    const part = ((SHADES_OF.length - 1) * at) / (SHADES - 1), first = Math.min(SHADES_OF.length - 2, Math.floor(part));
+    return `rgb(${SHADES_OF[first].map((from, each) => Math.round(from + (part - first) * (SHADES_OF[first + 1][each] - from))).join()})`;
   };
   // The greatest first, so that the least lie above.
   const drawn = bins.map((bin, at) => ({ bin, at })).filter(({ bin }) => bin.runs.length).reverse();
   const strength = Math.max(0.15, Math.min(0.8, 60 / Math.sqrt(there.length + 1)));
-  const labels = names.flatMap((name, at) => places[at].map((each, number) => ({ x: at, y: places[at].length > 1 ? number / (places[at].length - 1) : 0.5, text: each })));
+  const labels = names.flatMap((name, at) => places[at].map((each, number) => ({ x: at, y: places[at].length > 1 ? number / (places[at].length - 1) : 0.5, text: valueWord(name, each) })));
   const ends = [0, 0.25, 0.5, 0.75, 1].map((part) => ({ x: names.length, y: part, text: shown(log ? 10 ** (low + part * (high - low)) : low + part * (high - low)) }));
   const step = (at) => (places[at]?.length > 24 ? Math.ceil(places[at].length / 24) : 1);
   draw(drawn.map(({ bin, at }) => ({ type: "scatter", mode: "lines", x: bin.x, y: bin.y, line: { color: shade(at), width: 1.5 }, opacity: strength, hoverinfo: "none" })), {
-    xaxis: { tickvals: axes.map((_, at) => at), ticktext: axes, side: "top", range: [-0.6, axes.length - 0.4], zeroline: false, automargin: true, fixedrange: true },
+    xaxis: { tickvals: axes.map((_, at) => at), ticktext: axes.map(word), side: "top", range: [-0.6, axes.length - 0.4], zeroline: false, automargin: true, fixedrange: true },
     yaxis: { visible: false, range: [-0.08, 1.06], fixedrange: true }, showlegend: false, hovermode: "closest", height: 520,
     annotations: [...labels.filter(({ x, y }) => Math.round(y * (places[x].length - 1)) % step(x) === 0), ...ends].map((each) => ({ ...each, showarrow: false, xanchor: "right", font: { size: 11 }, bgcolor: "rgba(255,255,255,0.8)" })),
   }, (point) => DATA.runs.ids[drawn[point.curveNumber].bin.runs[point.pointNumber]]);
   listRuns(there, value);
-  return [`${value}, all parameters`, `A line for each run, dark where ${value} is great`];
+  return [`${word(value)}, all parameters`, `A line for each run, dark where ${word(value)} is great`];
 }
 
 const VIEWS = { heatmap, curves: curveView, scatter, parallel };
@@ -279,28 +295,36 @@ const VIEWS = { heatmap, curves: curveView, scatter, parallel };
 function draw(traces, layout, keyOf) {
   const chart = $("chart");
   Plotly.react(chart, traces, { ...LAYOUT, ...layout }, CONFIG).then(() => {
+    quieten(chart);
     chart.removeAllListeners("plotly_click");
     chart.on("plotly_click", (event) => { const key = keyOf(event.points[0]); if (key !== null) choose(key); });
   });
 }
 
+// Of a picture, the buttons above it are read aloud; its numbers are in the table.
+function quieten(chart) {
+  for (const drawn of chart.querySelectorAll("svg")) drawn.setAttribute("aria-hidden", "true");
+}
+
 function chooser(key, label) {
   const button = element("button", { type: "button", textContent: label, onclick: () => choose(key) });
-  button.setAttribute("aria-label", `${key}: ${label}, show its runs`);
+  button.setAttribute("aria-label", `${spokenKeys.get(key) ?? key}: ${label}, show its runs`);
   button.dataset.key = key;
   return button;
 }
 
 function fillTable(head, rows) {
-  $("table").replaceChildren(element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows)));
+  const table = element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows));
+  table.setAttribute("aria-labelledby", "chart-heading");
+  $("table").replaceChildren(table);
 }
 
 function listRuns(runs, value) {
   const column = numbers.get(value);
   const sorted = [...runs].sort((a, b) => (column[a] ?? Infinity) - (column[b] ?? Infinity)).slice(0, MOST_LISTED);
   const names = [...parameters.keys()];
-  const head = element("tr", {}, ...[value, ...names].map((each) => element("th", { scope: "col", textContent: each })));
-  fillTable(head, sorted.map((run) => element("tr", {}, element("td", {}, chooser(DATA.runs.ids[run], shown(column[run]))), ...names.map((name) => element("td", { textContent: valueOf(name, run) })))));
+  const head = element("tr", {}, ...[value, ...names].map((each) => element("th", { scope: "col", textContent: word(each) })));
+  fillTable(head, sorted.map((run) => element("tr", {}, element("td", {}, chooser(DATA.runs.ids[run], shown(column[run]))), ...names.map((name) => element("td", { textContent: valueWord(name, valueOf(name, run)) })))));
 }
 
 function choose(key) {
@@ -316,19 +340,19 @@ function showChosen() {
   for (const button of document.querySelectorAll("#table button")) button.setAttribute("aria-pressed", button.dataset.key === chosen);
   $("chosen").hidden = !group;
   if (!group) { chosen = null; return; }
-  $("chosen-heading").textContent = `${chosen}: ${group.length} run${group.length === 1 ? "" : "s"}`;
+  $("chosen-heading").textContent = `${spokenKeys.get(chosen) ?? chosen}: ${group.length} run${group.length === 1 ? "" : "s"}`;
   const value = control("value").value, curve = control("curve").value;
   $("chosen-runs").replaceChildren(...group.slice(0, MOST_LISTED).map((run) => {
     const command = DATA.runs.commands[run];
-    const copy = element("button", { type: "button", textContent: "Copy", onclick: () => navigator.clipboard?.writeText(command) });
-    const link = element("a", { href: DATA.address.replace("RUN_ID", DATA.runs.ids[run]), target: "_blank", rel: "noopener", textContent: "MLflow run" });
-    return element("li", {}, `${value}: ${shown(numbers.get(value)[run])} · `, link, " ", copy, element("br", {}), element("code", { textContent: command }));
+    const copy = element("button", { type: "button", textContent: "Copy", ariaLabel: `Copy: ${command}`, onclick: () => navigator.clipboard?.writeText(command).then(() => { $("status").textContent = "Copied the command"; }) });
+    const link = element("a", { href: DATA.address.replace("RUN_ID", DATA.runs.ids[run]), target: "_blank", rel: "noopener", textContent: "MLflow run", ariaLabel: `MLflow run ${DATA.runs.ids[run].slice(0, 8)}` });
+    return element("li", {}, `${word(value)}: ${shown(numbers.get(value)[run])} · `, link, " ", copy, element("br", {}), element("code", { textContent: command }));
   }));
   if (group.length > MOST_LISTED) $("chosen-runs").append(element("li", { textContent: `and ${group.length - MOST_LISTED} more` }));
   if (!curves.size) return;
   const scale = control("scale").value;
-  Plotly.react($("chosen-chart"), group.slice(0, MOST_LINES).map((run, at) => ({ type: "scatter", mode: "lines", y: mean(curve, [run], "mean"), name: DATA.runs.ids[run].slice(0, 8), line: { color: COLOURS[at], width: 1.5 } })),
-    { ...LAYOUT, xaxis: { title: { text: "trial" }, automargin: true }, yaxis: { title: { text: curve }, type: scale, automargin: true }, height: 300, showlegend: false }, CONFIG);
+  Plotly.react($("chosen-chart"), group.slice(0, MOST_LINES).map((run, at) => ({ type: "scatter", mode: "lines", y: mean(curve, [run], "mean"), name: DATA.runs.ids[run].slice(0, 8), line: { color: LINES[at % LINES.length], width: 1.5 } })),
+    { ...LAYOUT, xaxis: { title: { text: "trial" }, automargin: true }, yaxis: { title: { text: word(curve) }, type: scale, automargin: true }, height: 300, showlegend: false }, CONFIG).then(() => quieten($("chosen-chart")));
 }
 
 function update() {

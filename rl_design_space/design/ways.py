@@ -1,4 +1,4 @@
-"""Reachability of cells in a world with any deterministic transitions."""
+"""Reachability of cells in a world, from its transitions or from everything that may happen in it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ def reached_from(next_cell: NDArray[np.int32], start: int) -> NDArray[np.bool_]:
     """Return (cells,) whether each cell can be reached from a start; the start itself is reached.
 
     Args:
-        next_cell: (4, cells) transition table.
+        next_cell: (ways, cells) cells that can come next, such as a transition table.
         start: number of a cell.
     """
     reached = np.zeros(next_cell.shape[1], dtype=np.bool_)
@@ -26,7 +26,7 @@ def leading_to(next_cell: NDArray[np.int32], goal: int) -> NDArray[np.bool_]:
     """Return (cells,) whether a goal can be reached from each cell; from the goal itself it can.
 
     Args:
-        next_cell: (4, cells) transition table.
+        next_cell: (ways, cells) cells that can come next, such as a transition table.
         goal: number of a cell.
     """
     leading = np.zeros(next_cell.shape[1], dtype=np.bool_)
@@ -40,7 +40,7 @@ def missing_way(next_cell: NDArray[np.int32], cells: NDArray[np.int32]) -> tuple
     """Return two cells with no path from the first to the second; None if every cell can be reached from every other.
 
     Args:
-        next_cell: (4, cells) transition table.
+        next_cell: (ways, cells) cells that can come next, such as a transition table.
         cells: cell numbers.
     """
     first = int(cells[0])

@@ -1,0 +1,43 @@
+"""The config of a study, made of that without a study and the study's file, which spares a composition by Hydra."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import Any
+
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from omegaconf import DictConfig, flag_override
+
+from rl_design_space.config.assemble import file_reaches_out
+
+_STUDY = "study"
+
+
+def with_study(base: DictConfig, text: str, parser: OverridesParser, repository: Any) -> DictConfig | None:
+    """Return the config that Hydra composes with a study; None if Hydra has to compose it, or to report an error.
+
+    Args:
+        base: the composed config without any override of the command line.
+        text: the override, `study=table4`.
+        parser: parses overrides.
+        repository: Hydra's repository of config files.
+    """
+    override = parser.parse_override(text)
+    name = override.value()
+    # As in the shipped config: there is a place for a study, and nothing is put into it.
+    is_free = _STUDY not in base and base.hydra.runtime.choices.get(_STUDY, "") is None
+    if text != f"{_STUDY}={name}" or not is_free or base.hydra.overrides.task:
+        return None
+    path = f"{_STUDY}/{name}"
+    if not repository.config_exists(path) or file_reaches_out(repository, path):
+        return None
+    content = repository.load_config(path).config
+    if not isinstance(content, DictConfig):
+        return None
+    config = deepcopy(base)
+    with flag_override(config, ["struct", "readonly"], False), flag_override(config.hydra, "readonly", False):
+        config[_STUDY] = deepcopy(content)
+        config.hydra.runtime.choices[_STUDY] = name
+        config.hydra.overrides.task.append(text)
+        config.hydra.job.override_dirname = text
+    return config

@@ -1,0 +1,212 @@
+"""Pictures in a size that was asked for: sides, text, and what would leave no room for the data."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.text import Text
+from matplotlib.transforms import ScaledTranslation
+
+#: Points: size of most text in pictures of their own size, the least that it shrinks to by itself, and that in cells.
+USUAL, SMALLEST, _SMALLEST_IN_CELLS = 9.0, 6.0, 4.0
+_POINTS_PER_INCH = 72
+#: Shares of the width: of names beside an axis, at most, and of a legend beside it, from which on it is put below.
+_NAMES, _LEGEND = 0.42, 0.4
+#: Width of a letter over the size of its text, on average; distance of lines; lines between an axis and a legend below.
+_LETTER, _LINE, _BELOW = 0.52, 1.3, 3.6
+#: Share of the height or width of its part of the picture that an axis has.
+_OF_PART = 0.75
+#: A space that is no place for a line break.
+_FIXED = "\u00a0"
+
+
+def fit(figure: Figure, width: float | None, height: float | None, font_size: float | None) -> None:
+    """Bring a picture to a size; what is None follows from the rest.
+
+    Text shrinks with the width, but not below 6 points, and never grows by itself. A picture is only lower than it was
+    as far as its text is smaller, so that rows of text do not overlap, and higher by the legends that are put below.
+
+    Args:
+        figure: the picture, before it was drawn on a canvas.
+        width: inches.
+        height: inches.
+        font_size: points of most text; other text is in proportion.
+    """
+    if width is None and height is None and font_size is None:
+        return
+    before = figure.get_size_inches()
+    narrower = width / before[0] if width else 1.0
+    text = font_size / USUAL if font_size else min(1.0, max(narrower, SMALLEST / USUAL))
+    higher = max(narrower, min(1.0, text)) if width else 1.0
+    figure.set_size_inches(width or before[0], height or before[1] * higher)
+    _resize_text(figure, text)
+    make_room(figure, may_grow=height is None)
+    _fit_cells(figure)
+
+
+def make_room(figure: Figure, *, may_grow: bool = True) -> None:
+    """Put wide legends below their axes, and break long names, headings and labels into lines.
+
+    Args:
+        figure: the picture.
+        may_grow: whether it becomes higher if that needs more room.
+    """
+    needed = [max(_break_names(axes), _put_legend_aside(axes)) for axes in figure.axes]
+    if may_grow and needed:
+        width, height = figure.get_size_inches()
+        figure.set_size_inches(width, height + max(needed))
+    _break_lines(figure)
+    for axes in figure.axes:
+        _put_below_label(axes)
+
+
+def _put_legend_aside(axes: Axes) -> float:
+    """Put a legend that is wide below its axis; return its height in inches, 0 if it stays.
+
+    A legend over the data is wide if it covers much of the axis, and stays if something is below the axis.
+    """
+    legend, figure = axes.get_legend(), axes.get_figure(root=True)
+    if legend is None or figure is None:
+        return 0.0
+    size = float(legend.get_texts()[0].get_fontsize()) if legend.get_texts() else 0.0
+    longest = max((len(text.get_text()) for text in legend.get_texts()), default=0)
+    anchor = legend.get_bbox_to_anchor().transformed(axes.transAxes.inverted())
+    if anchor.y0 < 0:
+        return 0.0
+    room = figure.get_size_inches()[0]
+    if anchor.x0 < 1:
+        room *= _share(axes)[0] - (_NAMES if _names(axes.yaxis) else 0)
+        if not _is_last(axes) or not size:
+            return 0.0
+    if _inches(longest + 6, size) < _LEGEND * room:
+        return 0.0
+    legend.set_bbox_to_anchor((0.5, -0.1), transform=axes.transAxes)
+    return len(legend.get_texts()) * _LINE * size / _POINTS_PER_INCH
+
+
+def _put_below_label(axes: Axes) -> None:
+    """Put a legend that is below its axis below the label of the axis, too, however many lines that has."""
+    legend, figure = axes.get_legend(), axes.get_figure(root=True)
+    if legend is None or figure is None:
+        return
+    if legend.get_bbox_to_anchor().transformed(axes.transAxes.inverted()).y0 >= 0:
+        return
+    size = float(axes.xaxis.label.get_fontsize())
+    lines = (_BELOW + _LINE * axes.xaxis.label.get_text().count("\n")) * size / _POINTS_PER_INCH
+    legend.set_loc("upper center")
+    legend.set_bbox_to_anchor((0.5, 0), transform=axes.transAxes + ScaledTranslation(0, -lines, figure.dpi_scale_trans))
+
+
+def _inches(letters: int, size: float) -> float:
+    return letters * _LETTER * size / _POINTS_PER_INCH
+
+
+def _broken(text: str, inches: float, size: float) -> str:
+    """Return a text with line breaks, so that it is about as wide."""
+    letters = max(int(inches * _POINTS_PER_INCH / (_LETTER * size)), 8)
+    lines = text.replace(" %", f"{_FIXED}%").split("\n")
+    return "\n".join(part for line in lines for part in textwrap.wrap(line, letters) or [""]).replace(_FIXED, " ")
+
+
+def _resize_text(figure: Figure, factor: float) -> None:
+    texts = figure.findobj(Text)
+    axes_ = [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
+    ticks = [(axis, [*axis.get_major_ticks(), *axis.get_minor_ticks()]) for axis in axes_]
+    labels = {id(label) for _, each in ticks for tick in each for label in (tick.label1, tick.label2)}
+    for artist in texts:
+        assert isinstance(artist, Text)
+        if id(artist) not in labels:
+            artist.set_fontsize(float(artist.get_fontsize()) * factor)
+    for axis, each in ticks:
+        if each:  # ticks that are made later have it, too
+            axis.set_tick_params(which="both", labelsize=float(each[0].label1.get_fontsize()) * factor)
+
+
+def _break_names(axes: Axes) -> float:
+    """Break long names on the left of an axis into lines; return the inches by which the picture is then too low."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    names = _names(axes.yaxis)
+    if not names:
+        return 0.0
+    width, height = figure.get_size_inches()
+    size = float(axes.yaxis.get_major_ticks()[0].label1.get_fontsize())
+    broken = [_broken(name, _NAMES * width, size) for name in names]
+    if broken != names:
+        axes.yaxis.set_ticks(axes.yaxis.get_ticklocs(), broken)
+    lines = max(name.count("\n") + 1 for name in broken)
+    return float(max(0.0, len(broken) * lines * _LINE * size / _POINTS_PER_INCH - _OF_PART * height * _share(axes)[1]))
+
+
+def _names(axis: Axis) -> list[str]:
+    """Return the texts of the ticks of an axis if they are names; nothing if they are numbers."""
+    if not axis.get_visible() or not axis.axes.axison:
+        return []
+    texts = [tick.get_text() for tick in axis.get_ticklabels()]
+    return texts if any(letter.isalpha() for text in texts for letter in text) else []
+
+
+def _break_lines(figure: Figure) -> None:
+    """Break headings, notes and labels of axes that are longer than what they belong to."""
+    for text, inches in _long_texts(figure):
+        text.set_text(_broken(text.get_text(), inches, float(text.get_fontsize())))
+
+
+def _long_texts(figure: Figure) -> Iterator[tuple[Text, float]]:
+    """Yield headings, notes and labels, and the inches that each may have."""
+    width, height = figure.get_size_inches()
+    parts: list[FigureBase] = [figure, *figure.subfigs]
+    for part in parts:
+        for text in (part._suptitle, part._supxlabel):  # type: ignore[attr-defined]
+            if text is not None:
+                yield text, 0.95 * width
+    for axes in figure.axes:
+        across, down = _share(axes)
+        # Both are in the middle of the axis, which is not that of the picture if there are names beside it.
+        names = _NAMES if _names(axes.yaxis) else 0
+        inches = 0.9 * max(across - names, 0.4 * across) * width
+        yield axes.title, inches
+        yield axes.xaxis.label, inches
+        yield axes.yaxis.label, _OF_PART * down * height
+
+
+def _is_last(axes: Axes) -> bool:
+    """Return whether nothing is below an axis."""
+    place = axes.get_subplotspec()
+    return place is not None and place.rowspan.stop == place.get_gridspec().nrows
+
+
+def _share(axes: Axes) -> tuple[float, float]:
+    """Return the share of the picture, across and down, that belongs to an axis."""
+    place, figure = axes.get_subplotspec(), axes.get_figure(root=True)
+    if place is None or figure is None:
+        return 1.0, 1.0
+    grid = place.get_gridspec()
+    widths: Any = grid.get_width_ratios()
+    heights: Any = grid.get_height_ratios()
+    across = sum(widths[each] for each in place.colspan) / sum(widths)
+    return float(across), float(sum(heights[each] for each in place.rowspan) / sum(heights))
+
+
+def _fit_cells(figure: Figure) -> None:
+    """Shrink text that is wider than its cell; leave it out where it could not be read."""
+    tables = [axes for axes in figure.axes if any(isinstance(each, QuadMesh) for each in axes.collections)]
+    tables = [axes for axes in tables if axes.texts]
+    if not tables:
+        return
+    figure.draw_without_rendering()
+    for axes in tables:
+        left, right = axes.get_xlim()
+        cell = 0.94 * axes.get_window_extent().width / abs(right - left)
+        for text in axes.texts:
+            wide = text.get_window_extent().width
+            if wide > cell:
+                size = float(text.get_fontsize()) * cell / wide
+                text.set_fontsize(size)
+                text.set_visible(size >= _SMALLEST_IN_CELLS)
