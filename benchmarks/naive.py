@@ -31,7 +31,7 @@ def main() -> None:
     started = time.process_time()
     for _ in range(int(sys.argv[2])):
         with mlflow.start_run():
-            for name, value in params(planned).items():
+            for name, value in params(planned.parameters).items():
                 mlflow.log_param(name, value)
             for name, number in curves.scalars().items():
                 mlflow.log_metric(name, number)

@@ -20,6 +20,8 @@ _SETTINGS = (
     "'mlflow.assistant.fab.autoOpenedOnFirstLoad_v1', 'true'",
     "'mlflow.workflowType_v1', '\"machine_learning\"'",
 )
+#: The picture of a description is drawn.
+_PICTURE = "document.querySelector('img[src*=get-artifact]')?.naturalWidth > 100"
 _ROWS = "document.querySelectorAll('.ag-center-cols-container .ag-row').length"
 
 
@@ -37,6 +39,7 @@ def main() -> None:
                 page.before_each_page(f"localStorage.setItem({setting})")
             _table(page, links["study fig2"])
             _charts(page, links["study fig2"])
+            _run(page, links["study fig2"])
             _sweep(page, links["all sweeps"])
 
 
@@ -54,6 +57,15 @@ def _charts(page: Tab, address: str) -> None:
     page.photograph(_IMAGES / "mlflow-charts.png")
 
 
+def _run(page: Tab, address: str) -> None:
+    page.size(1500, 620)
+    page.open(address)
+    page.wait(f"{_ROWS} == 10")
+    page.evaluate("document.querySelector('.ag-row a[href*=\"/runs/\"]').click()")
+    page.wait(_PICTURE)
+    page.photograph(_IMAGES / "mlflow-run.png")
+
+
 def _sweep(page: Tab, address: str) -> None:
     page.size(1500, 1090)
     page.open(address)
@@ -62,6 +74,7 @@ def _sweep(page: Tab, address: str) -> None:
     page.wait("document.body.innerText.includes('Fewest total_steps')")
     page.evaluate("[...document.querySelectorAll('button')].find(button => button.innerText == 'Show more').click()")
     page.wait("document.body.innerText.includes('Show less')")
+    page.wait(_PICTURE)
     page.photograph(_IMAGES / "mlflow-sweep.png")
 
 

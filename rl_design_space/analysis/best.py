@@ -20,10 +20,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.pairs import Pairs, PeriodPairs, ResampledPairs, cut, ratio, reach
@@ -41,6 +41,8 @@ POWER = 0.8
 _LEADERS, _LARGER = 20, 1.1
 #: Multiplications that are spent on the quantiles of designs; the designs after that get the largest quantile found.
 _WORK = 4e8
+#: The normal distribution without SciPy, whose import takes longer than the comparison of a hundred designs.
+_NORMAL = NormalDist()
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,7 @@ def best_set(
         pairs = PeriodPairs(np.hstack([each, less]), RESAMPLES)
     order = pairs.ranked[pairs.ranked < designs]
     leader = int(order[0])
-    far = _LARGER * float(stats.norm.isf(error_left / (2 * designs)))
+    far = _LARGER * _NORMAL.inv_cdf(1 - error_left / (2 * designs))
     # How much further another design is better than the bound reaches.
     doubt = np.full(designs + len(outlying), -np.inf)
     for other in order[:_LEADERS].tolist():
@@ -128,7 +130,7 @@ def best_set(
             loss = np.maximum(loss, bound)
             gap = away[0][leader] - bounds[0][leader]
             if gap > 0:
-                wide = away[0][leader] + stats.norm.ppf(POWER) * spreads[0][0][leader]
+                wide = away[0][leader] + _NORMAL.inv_cdf(POWER) * spreads[0][0][leader]
                 decided[design] = np.ceil(pairs.periods(design)[leader] * (wide / gap) ** 2)
             elif design != leader:
                 decided[design] = np.inf

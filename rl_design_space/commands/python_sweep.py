@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from rl_design_space.commands import sweep_output
 from rl_design_space.commands.planning import PlanningProgress
 from rl_design_space.commands.progress import Display
+from rl_design_space.commands.sweep_best import BestPoints
 from rl_design_space.commands.terminal import Terminal, console, counted, outcome_line
 from rl_design_space.config import user_config
 from rl_design_space.config.compose import Composer, shipped_config
@@ -119,7 +120,7 @@ def sweep(
         settings = settings_of(chosen)
         with shipped_config():
             planner = Planner(Composer(), PlanningProgress() if progress else lambda number, total: None)
-            plan = _plan(what, overrides, planner)
+            plan = _plan(what, overrides, planner).named(overrides)
         plan = plan.shard(*settings.shard) if settings.shard else plan
         source = f"rl_design_space.sweep, {counted(len(plan), 'point')}"
         tracker = settings.tracking.open(source)
@@ -155,4 +156,8 @@ def _run(plan: Plan, tracker: Tracker, settings: Settings, source: str, shown: T
     found = missing(plan, tracker)
     executor = LocalExecutor(settings.learning_threads)
     with Display(plan, found, executor.describe(), console=shown) as display:
-        return run_sweep(plan, tracker, executor, display, command=source, on_error=settings.on_error, found=found)
+        best = BestPoints(plan, tracker, display)
+        return run_sweep(
+            plan, tracker, executor, best, command=source, on_error=settings.on_error, found=found,
+            findings=best.findings,
+        )  # fmt: skip

@@ -147,7 +147,7 @@ def write_report(
         ConfigError: the study has no report, or none of its points is recorded.
     """
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
-    from rl_design_space.commands.watching import tell_numbers
+    from rl_design_space.commands.watching import counting, tell_numbers
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
     from rl_design_space.run.settings import build_settings
@@ -164,9 +164,9 @@ def write_report(
             report = report.looking(look)
         study = replace(study, report_options=options)
     fingerprints = [planned.fingerprint for planned in study.plan]
-    reader = FoundRuns(settings.tracking.reader(), fingerprints) if study.plan else NoRuns()
-    _report_missing(study, reader)
-    with named_by_flags():
+    with counting("reading runs", len(fingerprints)) as count, named_by_flags():
+        reader = FoundRuns(settings.tracking.reader(), fingerprints, count) if study.plan else NoRuns()
+        _report_missing(study, reader)
         paths: list[Path] = report.write(study, reader, folder)
     tell_numbers(paths)
     try:

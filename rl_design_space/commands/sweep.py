@@ -14,6 +14,7 @@ from rl_design_space.commands import sweep_output
 from rl_design_space.commands.invocation import current_invocation
 from rl_design_space.commands.planning import PlanningProgress
 from rl_design_space.commands.point_launcher import PointLauncher
+from rl_design_space.commands.sweep_best import BestPoints
 from rl_design_space.commands.unused_variables import tell_of_unused_variables
 from rl_design_space.config.compose import Composer
 from rl_design_space.config.overrides import is_setting
@@ -106,6 +107,7 @@ def plan_sweep(overrides: Sequence[str], params: Mapping[str, str], config: Dict
             )
     else:
         plan = plan_overrides(overrides, planner, settings.max_points)
+    plan = plan.named(overrides)
     return plan.shard(*settings.shard) if settings.shard else plan
 
 
@@ -153,7 +155,11 @@ def _run(plan: Plan, found: Missing, tracker: Tracker, settings: Settings, launc
         write_dumps(found.points, Path(settings.outputs) / "points")
     executor = launcher.executor(settings.learning_threads)
     with Display(plan, found, executor.describe()) as display:
-        return run_sweep(plan, tracker, executor, display, command=command, on_error=settings.on_error, found=found)
+        best = BestPoints(plan, tracker, display)
+        return run_sweep(
+            plan, tracker, executor, best, command=command, on_error=settings.on_error, found=found,
+            findings=best.findings,
+        )  # fmt: skip
 
 
 def _run_as_jobs(plan: Plan, found: Missing, tracker: Tracker, launcher: Launcher, command: str) -> Outcome:

@@ -96,7 +96,7 @@ def show_outcome(
         settings: overrides that choose the store.
         lines: the result of the sweep; made of its stored runs if None.
     """
-    for line in result_lines(plan, outcome.stored, settings) if lines is None else lines:
+    for line in result_lines(plan, outcome.stored, settings, outcome.findings.best) if lines is None else lines:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     if enough := enough_text(plan, outcome.stored):
         console.print(enough, markup=False, soft_wrap=True)

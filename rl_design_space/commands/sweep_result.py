@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _MOST, _LISTED = 5000, 10
 #: Choices that are named, and draws of their shares.
 _NAMED, _DRAWS = 2, 200
-_TIE = "≈"
+_TIE, _STAR = "≈", "★"
 _NORMAL = NormalDist()
 #: Parameters that make no designs.
 _REPEATED = ("seed", "task.periods")
@@ -32,32 +32,46 @@ class _Design:
     parameters: Mapping[str, Any]
     steps: float
     error: float
+    is_best: bool = False
 
 
-def result_lines(plan: Plan, stored: Mapping[str, StoredRun], settings: Sequence[str] = ()) -> list[str]:
+def result_lines(
+    plan: Plan, stored: Mapping[str, StoredRun], settings: Sequence[str] = (), best: Collection[str] | None = None
+) -> list[str]:
     """Return the result of a sweep, by recorded scalars alone; empty of a single design, and of very many points.
 
     Args:
         plan: the points of the sweep.
         stored: their runs, by fingerprint.
         settings: overrides that choose the store, for the commands.
+        best: fingerprints of the points that cannot be told from the best, paired by period; None if not known.
     """
-    designs = _designs(plan, stored) if len(plan) <= _MOST else []
+    designs = _designs(plan, stored, best or ()) if len(plan) <= _MOST else []
     if len(designs) < 2:
         return []
     names = differing([design.parameters for design in designs])
     ordered = sorted(designs, key=lambda design: design.steps)
     lines = [f"fewest total steps of {len(designs):,} designs, ± 95 % of each by itself:"]
-    # All differences from the best hold together; pairing by period, as in reports, would find more of them.
-    width = _NORMAL.inv_cdf(1 - 0.05 / (len(designs) - 1))
-    tied = [each.steps - ordered[0].steps <= width * math.hypot(each.error, ordered[0].error) for each in ordered]
+    tied = [each.is_best for each in ordered] if best is not None else _tied(ordered)
+    mark = _TIE if best is None else _STAR
     for design, is_tied in list(zip(ordered, tied, strict=True))[:_LISTED]:
         values = " ".join(f"{name}={design.parameters[name]}" for name in names if name in design.parameters)
         error = f" ± {1.96 * design.error:,.0f}" if design.error else ""
-        lines.append(f"  {_TIE if is_tied and sum(tied) > 1 else ' '} {design.steps:,.0f}{error}  {values}")
-    if sum(tied) > 1:
+        lines.append(
+            f"  {mark if is_tied and (sum(tied) > 1 or best is not None) else ' '} {design.steps:,.0f}{error}  {values}"
+        )
+    if best is not None:
+        lines.append(f"{_STAR} {sum(tied):,} of {len(designs):,} designs cannot be told from the best at 95 %")
+    elif sum(tied) > 1:
         lines.append(f"{_TIE} {sum(tied):,} designs cannot be told from the best, without pairing their periods")
     return [*lines, *_what_mattered(designs, names), *more_lines(plan, settings)]
+
+
+def _tied(ordered: Sequence[_Design]) -> list[bool]:
+    """Return which designs cannot be told from the first; pairing by period would tell more of them from it."""
+    # All differences from the best hold together.
+    width = _NORMAL.inv_cdf(1 - 0.05 / (len(ordered) - 1))
+    return [each.steps - ordered[0].steps <= width * math.hypot(each.error, ordered[0].error) for each in ordered]
 
 
 def mattered_lines(plan: Plan, stored: Mapping[str, StoredRun]) -> list[str]:
@@ -83,7 +97,7 @@ def _what_mattered(designs: Sequence[_Design], names: Sequence[str]) -> list[str
     return [f"mattered most for log(total steps): {mattered}"] if mattered else []
 
 
-def _designs(plan: Plan, stored: Mapping[str, StoredRun]) -> list[_Design]:
+def _designs(plan: Plan, stored: Mapping[str, StoredRun], best: Collection[str] = ()) -> list[_Design]:
     """Return the designs that have a run; several seeds are averaged."""
     found: dict[Hashable, list[_Design]] = {}
     for planned in plan:
@@ -95,14 +109,15 @@ def _designs(plan: Plan, stored: Mapping[str, StoredRun]) -> list[_Design]:
                 if name not in _REPEATED
             }
             error = run.scalars.get("total_steps_sem", 0.0)
-            design = _Design(parameters, run.scalars["total_steps"], error)
+            design = _Design(parameters, run.scalars["total_steps"], error, planned.fingerprint in best)
             found.setdefault(tuple(parameters.items()), []).append(design)
     return [_averaged(seeds) for seeds in found.values()]
 
 
 def _averaged(seeds: Sequence[_Design]) -> _Design:
     steps = sum(each.steps for each in seeds) / len(seeds)
-    return _Design(seeds[0].parameters, steps, math.hypot(*(each.error for each in seeds)) / len(seeds))
+    error = math.hypot(*(each.error for each in seeds)) / len(seeds)
+    return _Design(seeds[0].parameters, steps, error, seeds[0].is_best)
 
 
 def _mattered(designs: Sequence[_Design], names: Sequence[str]) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
 from typing import TypeVar
@@ -29,19 +30,37 @@ def tell_all(lines: Sequence[str]) -> None:
 
 def watched(items: Sequence[Item], what: str) -> Iterable[Item]:
     """Yield items; in a terminal, show a bar if they take longer than a second."""
-    begun, bar, task = monotonic(), None, None
-    try:
-        for number, item in enumerate(items):
-            if bar is None and sys.stderr.isatty() and monotonic() - begun > _PATIENCE:
-                from rich.console import Console
-                from rich.progress import Progress
-
-                bar = Progress(console=Console(stderr=True), transient=True)
-                task = bar.add_task(what, total=len(items))
-                bar.start()
-            if bar is not None and task is not None:
-                bar.update(task, completed=number)
+    with counting(what, len(items)) as count:
+        for item in items:
             yield item
+            count()
+
+
+@contextmanager
+def counting(what: str, total: int) -> Iterator[Callable[[], None]]:
+    """Yield a function that counts steps; in a terminal, a bar shows them if they take longer than a second.
+
+    Args:
+        what: is done in each step.
+        total: number of steps.
+    """
+    begun, bar, done = monotonic(), None, 0
+
+    def count() -> None:
+        nonlocal bar, done
+        done += 1
+        if bar is None and sys.stderr.isatty() and monotonic() - begun > _PATIENCE:
+            from rich.console import Console
+            from rich.progress import Progress
+
+            bar = Progress(console=Console(stderr=True), transient=True)
+            bar.add_task(what, total=total)
+            bar.start()
+        if bar is not None:
+            bar.update(bar.task_ids[0], completed=done)
+
+    try:
+        yield count
     finally:
         if bar is not None:
             bar.stop()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
 from collections.abc import Mapping
+from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -13,6 +15,8 @@ from numpy.typing import NDArray
 
 #: Of zlib: on learning curves, the default level takes four times as long to save another 4 % of space.
 _LEVEL = 1
+#: First bytes of an .npy file of version 1, and length of what its header follows, the last two its length.
+_VERSION_1, _FIRST = b"\x93NUMPY\x01\x00", 10
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -35,6 +39,32 @@ def write_arrays(file: Path | BinaryIO, arrays: Arrays, *, compress: bool = True
 
 
 def read_arrays(file: Path | BinaryIO) -> dict[str, NDArray[Any]]:
-    """Return all arrays of a file by name."""
-    with np.load(file) as archive:
-        return {name: archive[name] for name in archive.files}
+    """Return all arrays of a file by name; `np.load` takes three times as long, mostly for equal headers.
+
+    Raises:
+        ValueError: a member is no array, or holds Python objects.
+        zipfile.BadZipFile: the file is damaged.
+    """
+    with zipfile.ZipFile(file) as archive:
+        return {name.removesuffix(".npy"): _array(archive.read(name)) for name in archive.namelist()}
+
+
+def _array(member: bytes) -> NDArray[Any]:
+    """Return the array of an .npy file."""
+    data = _FIRST + int.from_bytes(member[_FIRST - 2 : _FIRST], "little")
+    if not member.startswith(_VERSION_1):
+        return np.asarray(np.lib.format.read_array(BytesIO(member), allow_pickle=False))
+    shape, is_fortran, dtype = _header(member[:data])
+    if dtype.hasobject:
+        raise ValueError("Object arrays cannot be loaded when allow_pickle=False")
+    values = np.frombuffer(member, dtype, offset=data, count=math.prod(shape))
+    return values.reshape(shape, order="F" if is_fortran else "C").copy()
+
+
+@lru_cache(maxsize=256)
+def _header(beginning: bytes) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return shape, order and type of an array; the files of a study have a few different ones."""
+    file = BytesIO(beginning)
+    np.lib.format.read_magic(file)
+    found: tuple[tuple[int, ...], bool, np.dtype[Any]] = np.lib.format.read_array_header_1_0(file)
+    return found

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterable
 from threading import Lock
-from time import perf_counter
+from time import perf_counter, time
 
 import numpy as np
 
@@ -31,6 +31,7 @@ class JointLearning(ABC):
         self._working = 0
         self._error: BaseException | None = None
         self._started = self._ended = perf_counter()
+        self._ended_at = time()
 
     def begin(self, shares: Iterable[slice]) -> None:
         """Begin, when all is prepared.
@@ -67,7 +68,7 @@ class JointLearning(ABC):
             with self._lock:
                 self._working -= 1
                 last = not self._working and not self._shares
-                self._ended = perf_counter()
+                self._ended, self._ended_at = perf_counter(), time()
         return last
 
     def stop(self) -> None:
@@ -124,6 +125,11 @@ class JointLearning(ABC):
             return self._begun.seconds + seconds
         new = self._periods - len(self._begun.steps)
         return seconds * self._periods / new if new else seconds
+
+    @property
+    def ended_at(self) -> float:
+        """When the learning ended, in seconds since 1970."""
+        return self._ended_at
 
     @abstractmethod
     def curves(self) -> LearningCurves:

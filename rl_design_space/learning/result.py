@@ -54,6 +54,7 @@ class LearningCurves:
         known_side: see `side`; None where the point tells it.
         stages: the stages of periods that have several, with their trials one after the other; `optimum` and `rows` are
             then those of the last one.
+        ended_at: when learning ended, in seconds since 1970; NaN if it is not known, and not saved.
         inside: Q-matrices, visits and paths of periods by number, if `simulate` was asked to keep them; not saved.
     """
 
@@ -67,6 +68,7 @@ class LearningCurves:
     known_side: float | None = None
     stages: tuple[StageRecord, ...] = ()
     inside: Mapping[int, Replay] = field(default_factory=dict)
+    ended_at: float = math.nan
 
     @property
     def point(self) -> DesignPoint:

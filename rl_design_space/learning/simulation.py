@@ -144,8 +144,9 @@ class Learning(JointLearning):
         """
         seconds = self.seconds()
         return LearningCurves(
-            self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds, self._point
-        )
+            self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds, self._point,
+            ended_at=self.ended_at,
+        )  # fmt: skip
 
     def _copy(self, begun: LearningCurves) -> int:
         """Copy the result of the first periods; return their number."""

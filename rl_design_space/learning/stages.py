@@ -96,6 +96,7 @@ class StagedLearning(JointLearning):
             rows=last.rows,
             epsilon=self._epsilon(),
             seconds=seconds,
+            ended_at=self.ended_at,
             known_point=self._point,
             stages=tuple(stage.record() for stage in self._stages),
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, overload
 
@@ -15,6 +15,7 @@ from rl_design_space.plan.code_identity import source_parameters
 from rl_design_space.plan.cost import expected_steps
 from rl_design_space.plan.describe import parameters, present_fields, resolved_config
 from rl_design_space.plan.fingerprint import fingerprint
+from rl_design_space.plan.run_names import RunNames, typed_keys
 
 if TYPE_CHECKING:
     from rl_design_space.learning.result import LearningCurves
@@ -34,6 +35,7 @@ class PlannedPoint:
         studies: names of the studies that the point belongs to.
         fingerprint: the identity of the point, see `plan.fingerprint`.
         begun: a result of its first periods, which are not learned again.
+        names: what its run is named after; its overrides if None.
     """
 
     point: DesignPoint
@@ -42,6 +44,7 @@ class PlannedPoint:
     studies: tuple[str, ...]
     fingerprint: str
     begun: LearningCurves | None = field(default=None, compare=False, repr=False)
+    names: RunNames | None = field(default=None, compare=False, repr=False)
 
     @classmethod
     def of(
@@ -100,6 +103,10 @@ class PlannedPoint:
     def name(self) -> str:
         """A short description: the overrides that are not settings."""
         return " ".join(override for override in self.overrides if not is_setting(override)) or "defaults"
+
+    def run_name(self, parameters: Mapping[str, Any]) -> str:
+        """Return the name of the run of this point, whose parameters the caller has computed, see `RunNames`."""
+        return (self.names or RunNames([self], typed_keys(self.overrides))).name(parameters)
 
     @property
     def command(self) -> str:
@@ -170,6 +177,15 @@ class Plan(Sequence[PlannedPoint]):
             for name, value in point.items():
                 values.setdefault(name, Counter())[str(value)] += 1
         return {name: dict(counts) for name, counts in values.items() if len(counts) > 1}
+
+    def named(self, overrides: Iterable[str] = ()) -> Plan:
+        """Return the plan with runs that are named after what differs between its points.
+
+        Args:
+            overrides: that were typed, which the names include.
+        """
+        names = RunNames(self.points, typed_keys(overrides))
+        return replace(self, points=[replace(planned, names=names) for planned in self.points])
 
     def shard(self, number: int, of: int) -> Plan:
         """Return one of `of` shards of about equal cost; the first is number 1.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field, replace
 from math import isnan
@@ -15,7 +15,7 @@ from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.executor import Executor
 from rl_design_space.run.outcome import Outcome, describe_error, summary_run
 from rl_design_space.run.recorder import Recorder
-from rl_design_space.tracking.tracker import Beginning, StoredRun, Tracker
+from rl_design_space.tracking.tracker import Beginning, Findings, StoredRun, Tracker
 
 OnError = Literal["continue", "stop"]
 
@@ -97,6 +97,7 @@ def run_sweep(
     on_error: OnError = "continue",
     found: Missing | None = None,
     summarised: bool = True,
+    findings: Callable[[Outcome], Findings] | None = None,
 ) -> Outcome:
     """Run the points of a plan that have no complete run.
 
@@ -109,6 +110,7 @@ def run_sweep(
         on_error: `stop` starts no further point after one has failed.
         found: the result of `missing`, if it is known already.
         summarised: whether the sweep gets a summary run.
+        findings: returns what the sweep has found out when all points are recorded, which its summary run shows.
     """
     found = found or missing(plan, tracker)
     outcome = Outcome(len(plan), already=len(found.stored), stored=dict(found.stored))
@@ -119,6 +121,9 @@ def run_sweep(
             started = time.perf_counter()
             outcome.count_lost(tracker.wait_for_delivery(monitor.delivering).lost)
             outcome.seconds["delivery"] = time.perf_counter() - started
+            outcome.findings = findings(outcome) if findings else outcome.findings
+    elif findings:
+        outcome.findings = findings(outcome)
     outcome.delivery = tracker.wait_for_delivery(monitor.delivering)
     return outcome
 

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from mlflow import MlflowClient
     from mlflow.entities import FileInfo, Run, RunInfo
 
-#: Most params of a request, and most metrics beside them: servers refuse more than 1000 values.
-_PARAMS, _METRICS = 100, 900
+#: Most params of a request, and most metrics beside them and few tags: servers refuse more than 1000 values.
+_PARAMS, _METRICS = 100, 890
 
-#: Name, value and step of a metric; name and value of a param.
+#: Name, value and step of a metric; name and value of a param or a tag.
 Metric = tuple[str, float, int]
 Param = tuple[str, str]
 Value = TypeVar("Value")
@@ -63,11 +63,18 @@ class ClientRuns:
         if tags:
             self._client.log_batch(run_id, tags=[RunTag(name, value) for name, value in tags.items()])
 
-    def log(self, run_id: str, timestamp: int, metrics: Sequence[Metric], params: Mapping[str, str]) -> None:
-        """Log params and metrics; repeating it changes nothing, because all timestamps are equal."""
-        batches = zip_longest(_parts(metrics, _METRICS), _parts(list(params.items()), _PARAMS), fillvalue=())
-        for some_metrics, some_params in batches:
-            self._log_batch(run_id, timestamp, some_metrics, some_params)
+    def log(
+        self,
+        run_id: str,
+        timestamp: int,
+        metrics: Sequence[Metric],
+        params: Mapping[str, str],
+        tags: Mapping[str, str] = {},
+    ) -> None:
+        """Log params, metrics and tags; repeating it changes nothing, because all timestamps are equal."""
+        parts = (_parts(metrics, _METRICS), _parts(list(params.items()), _PARAMS), [list(tags.items())])
+        for some_metrics, some_params, some_tags in zip_longest(*parts, fillvalue=()):
+            self._log_batch(run_id, timestamp, some_metrics, some_params, some_tags)
 
     def upload(self, run: RunInfo, artifacts: Mapping[str, bytes]) -> None:
         """Upload files.
@@ -89,12 +96,24 @@ class ClientRuns:
         """End a run, now or at a time in milliseconds since 1970."""
         self._client.set_terminated(run_id, status, ended)
 
-    def _log_batch(self, run_id: str, timestamp: int, metrics: Sequence[Metric], params: Sequence[Param]) -> None:
+    def _log_batch(
+        self,
+        run_id: str,
+        timestamp: int,
+        metrics: Sequence[Metric],
+        params: Sequence[Param],
+        tags: Sequence[Param],
+    ) -> None:
         """Log values in a single request."""
         from mlflow import entities
 
         values = [entities.Metric(name, value, timestamp, step) for name, value, step in metrics]
-        self._client.log_batch(run_id, metrics=values, params=[entities.Param(name, value) for name, value in params])
+        self._client.log_batch(
+            run_id,
+            metrics=values,
+            params=[entities.Param(name, value) for name, value in params],
+            tags=[entities.RunTag(name, value) for name, value in tags],
+        )
 
     def _upload_folder(self, run: RunInfo, folder: str) -> Iterable[FileInfo]:
         """Upload the files of a folder; return those that the run has now."""

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 from rl_design_space.tracking import values
 from rl_design_space.tracking.artifacts import artifacts_folder, experiment_artifacts
 from rl_design_space.tracking.client_runs import ClientRuns
-from rl_design_space.tracking.content import content_of
+from rl_design_space.tracking.content import content_of, sweep_note
 from rl_design_space.tracking.locks import PointLocks
 from rl_design_space.tracking.point_runs import PointRuns
-from rl_design_space.tracking.record import fingerprint_of
+from rl_design_space.tracking.record import ended_at, fingerprint_of
 from rl_design_space.tracking.server_runs import ServerRuns
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
@@ -103,12 +103,13 @@ class ClientWriter:
         if found and found.info.status == "FINISHED":
             return
         run = found.info if found else self._create(self._points, content, {FINGERPRINT_TAG: fingerprint})
-        run_content = content_of(record)
-        self._runs.log(run.run_id, content["started"], run_content.metrics, content["params"])
+        run_content = content_of(record, run.run_id)
+        note = {NOTE_TAG: run_content.note}
+        self._runs.log(run.run_id, content["started"], run_content.metrics, content["params"], note)
         self._runs.upload(run, run_content.artifacts)
         for key in {record.key, fingerprint}:
             self._locks.add_to_journal(key)
-        self._runs.end(run.run_id, "FINISHED")
+        self._runs.end(run.run_id, "FINISHED", ended_at(record))
         self._point_runs.settle(fingerprint, tags)
 
     def _add_studies(self, record: Record, maybe_stored: bool) -> None:
@@ -132,9 +133,9 @@ class ClientWriter:
         content = record.content
         found = self._found(SWEEP_TAG, record.key, self._sweeps)
         run = found.info if found else self._create(self._sweeps, content, {SWEEP_TAG: record.key})
-        self._runs.log(run.run_id, content["started"], content["metrics"], {})
+        note = {NOTE_TAG: sweep_note(record, run.run_id)}
+        self._runs.log(run.run_id, content["started"], content["metrics"], {}, note)
         self._runs.upload(run, record.files)
-        self._runs.tag(run.run_id, {NOTE_TAG: content["note"]})
         self._runs.end(run.run_id, content["status"], content["ended"])
 
     @cached_property

@@ -16,10 +16,10 @@ from sqlalchemy import text
 from rl_design_space.tracking import values
 from rl_design_space.tracking.address import sqlite_path
 from rl_design_space.tracking.artifacts import artifacts_folder, is_local
-from rl_design_space.tracking.content import content_of
+from rl_design_space.tracking.content import content_of, sweep_note
 from rl_design_space.tracking.database_runs import DatabaseRuns, Experiment, NewRun
 from rl_design_space.tracking.locks import PointLocks, lock_number
-from rl_design_space.tracking.record import fingerprint_of
+from rl_design_space.tracking.record import ended_at, fingerprint_of
 from rl_design_space.tracking.spool import CLOSE, OPEN, POINT, STUDIES, TIDY, Record, Spool
 from rl_design_space.tracking.stale import DEAD, RunningRun
 from rl_design_space.tracking.store_errors import DeletedExperimentError, StoreUnavailableError
@@ -184,7 +184,7 @@ class _Batch:
         """End the summary run of a sweep."""
         content, run_id = record.content, self._sweep_run(record)
         metrics = [(name, value, step) for name, value, step in content["metrics"]]
-        self._runs.set_tags(run_id, {NOTE_TAG: content["note"]})
+        self._runs.set_tags(run_id, {NOTE_TAG: sweep_note(record, run_id)})
         self._runs.remove_tag(run_id, INCOMPLETE_TAG)  # of another process that took this sweep for dead
         self._runs.end(run_id, content["status"], content["ended"], metrics, record.files)
 
@@ -223,14 +223,16 @@ class _Batch:
 
 
 def _point_run(record: Record, spool: str) -> NewRun:
-    content, run_content = record.content, content_of(record)
+    run_id = record.digest[:32]
+    content, run_content = record.content, content_of(record, run_id)
+    own = {FINGERPRINT_TAG: fingerprint_of(record), SPOOL_TAG: spool, NOTE_TAG: run_content.note}
     return NewRun(
-        run_id=record.digest[:32],
+        run_id=run_id,
         name=values.run_name(content["name"]),
         started=content["started"],
         status="FINISHED",
-        ended=_now(),
-        tags={**content["tags"], FINGERPRINT_TAG: fingerprint_of(record), SPOOL_TAG: spool},
+        ended=ended_at(record),
+        tags={**content["tags"], **own},
         params=content["params"],
         metrics=run_content.metrics,
         artifacts=run_content.artifacts,

@@ -22,8 +22,8 @@ class PointRuns:
 
     MLflow's API has neither locks nor conditions: two machines that deliver the same point at once both find nothing,
     and both write a run. So each of them looks again after its run is FINISHED. The one that looks last sees all runs,
-    and all of them choose alike: the run that ended first stays, the others become KILLED. It does not matter when a
-    process dies in between: its record is still pending, and its delivery looks again.
+    and all of them choose alike: the run whose learning ended first stays, the others become KILLED. It does not matter
+    when a process dies in between: its record is still pending, and its delivery looks again.
 
     Runs are not deleted, because MLflow's permission to edit does not include that.
 

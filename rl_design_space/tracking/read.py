@@ -27,6 +27,7 @@ from rl_design_space.tracking.run_files import DamagedFileError, check_config, c
 from rl_design_space.tracking.run_frame import filtered, frame_of, of_study
 from rl_design_space.tracking.selection import Where
 from rl_design_space.tracking.store_errors import access_error, as_tracking_error, first_line, is_transient
+from rl_design_space.tracking.summary import PICTURE_FILE
 from rl_design_space.tracking.tags import STUDY_TAG
 from rl_design_space.tracking.tracker import Beginning, StoredRun
 
@@ -89,10 +90,13 @@ class FoundRuns:
     Args:
         reader: of the tracking store.
         fingerprints: of the points.
+        on_read: called when the arrays of a run have been read.
     """
 
-    def __init__(self, reader: Reader, fingerprints: Collection[str]) -> None:
-        self._reader = reader
+    def __init__(
+        self, reader: Reader, fingerprints: Collection[str], on_read: Callable[[], None] = lambda: None
+    ) -> None:
+        self._reader, self._on_read = reader, on_read
         self._points = frozenset(fingerprints)
         self._found = reader.finished(fingerprints)
 
@@ -102,7 +106,9 @@ class FoundRuns:
         return {fingerprint: self._found[fingerprint] for fingerprint in fingerprints if fingerprint in self._found}
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
-        return self._reader.periods(run)
+        arrays = self._reader.periods(run)
+        self._on_read()
+        return arrays
 
     def config(self, run: StoredRun) -> dict[str, Any]:
         return self._reader.config(run)
@@ -267,7 +273,7 @@ class RunReader:
         return f"{ui.rstrip('/')}/#/experiments/{self._experiment}/runs/{run_id}"
 
     def attach(self, study: str, paths: Sequence[Path]) -> None:
-        """Add files to the summary run of the last sweep of a study, if there is one.
+        """Add files to the summary run of the last sweep of a study, if there is one; its page shows the first picture.
 
         Raises:
             OSError: its folder cannot be written to.
@@ -275,11 +281,15 @@ class RunReader:
         sweep = self._queries.newest_sweep(study)
         if sweep is None:
             return
-        if is_local(sweep.artifacts) and (folder := self._local_folder(sweep.artifacts)):
+        pictures = [path for path in paths if path.suffix == Path(PICTURE_FILE).suffix]
+        main = {PICTURE_FILE: pictures[0].read_bytes()} if pictures else {}
+        local = self._local_folder(sweep.artifacts) if is_local(sweep.artifacts) else None
+        with TemporaryDirectory() as temporary:
+            folder = local or Path(temporary)
+            write_artifacts(str(folder), main)
             write_artifacts(str(folder / "report"), {path.name: path.read_bytes() for path in paths})
-            return
-        for path in paths:
-            self._client.log_artifact(sweep.run_id, str(path), "report")
+            if local is None:
+                self._client.log_artifacts(sweep.run_id, temporary)
 
     def _artifact(self, run: StoredRun, name: str, read: Callable[[str, Path], Read]) -> Read:
         if folder_here := self._local_folder(run.artifacts):

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 
@@ -60,14 +61,19 @@ def point_record(
         scalars[PRECISION_TAG] = reached
     numbers = {values.key(name): values.metric(value) for name, value in scalars.items()}
     seconds = 0.0 if math.isnan(learned.seconds) else learned.seconds
+    started, ended = _times(planned, learned, seconds)
+    chosen = run.parameters
     external = {EXTERNAL_TAG: values.tag(planned.measured_by)} if planned.measured_by else {}
     content = {
         "fingerprint": run.fingerprint,
-        "name": run.name,
-        "started": int((time.time() - seconds) * 1000),
+        "name": run.run_name(chosen),
+        "started": started,
+        "ended": ended,
+        # Sets this record apart from an earlier one of the same result, whose run was deleted.
+        "recorded": int(1000 * time.time()),
         "seconds": seconds,
         "tags": {**tags, **external},
-        "params": params(run),
+        "params": params(chosen),
         "command": run.command,
         "config": run.config,
         "scalars": {name: number for name, number in numbers.items() if number is not None},
@@ -102,9 +108,28 @@ def result_of(record: Record) -> LearningCurves:
     return LearningCurves.of_arrays(arrays, seconds=seconds)
 
 
-def params(planned: PlannedPoint) -> dict[str, str]:
+def ended_at(record: Record) -> int:
+    """Return when the learning of a point ended, in milliseconds since 1970."""
+    content = record.content
+    if "ended" not in content:  # of an earlier version, which took the time of recording for the end of learning
+        return int(content["started"] + 1000 * content["seconds"])
+    return int(content["ended"])
+
+
+def params(parameters: Mapping[str, Any]) -> dict[str, str]:
     """Return every choice of a point by its dotted name, as typed on the command line."""
-    return {values.key(name): values.param(value) for name, value in planned.parameters.items()}
+    return {values.key(name): values.param(value) for name, value in parameters.items()}
+
+
+def _times(planned: PlannedPoint, learned: LearningCurves, seconds: float) -> tuple[int, int]:
+    """Return when the learning of this run started and ended: that of periods which were recorded before is left out.
+
+    Returns:
+        Both in milliseconds since 1970.
+    """
+    ended = time.time() if math.isnan(learned.ended_at) else learned.ended_at
+    before = 0.0 if planned.begun is None or math.isnan(planned.begun.seconds) else planned.begun.seconds
+    return int(1000 * (ended - max(0.0, seconds - before))), int(1000 * ended)
 
 
 def _in_words(rule: Precision, reached: float, enough: Enough) -> str:

@@ -27,6 +27,7 @@ class _Run(_Content):
 
 class _Point(_Run):
     fingerprint: str = ""
+    ended: _Time = 0
     seconds: float
     params: _Texts
     command: str

@@ -117,7 +117,7 @@ def changed_since(missing: Iterable[PlannedPoint], found: Iterable[FoundRun]) ->
     known = {_values(run.params): run.params for run in sorted(found, key=lambda run: run.started)}
     counts: Counter[str] = Counter()
     for planned in missing:
-        now = params_of(planned)
+        now = params_of(planned.parameters)
         before = known.get(_values(now))
         if before is not None:
             code = [name for name in now if name.endswith(SOURCE)]

@@ -46,13 +46,21 @@ class ServerRuns(ClientRuns):
         """End a run, now or at a time in milliseconds since 1970."""
         self._post("update", {"run_id": run_id, "status": status, "end_time": ended or int(time.time() * 1000)})
 
-    def _log_batch(self, run_id: str, timestamp: int, metrics: Sequence[Metric], params: Sequence[Param]) -> None:
+    def _log_batch(
+        self,
+        run_id: str,
+        timestamp: int,
+        metrics: Sequence[Metric],
+        params: Sequence[Param],
+        tags: Sequence[Param],
+    ) -> None:
         body = {
             "run_id": run_id,
             "metrics": [
                 {"key": name, "value": value, "timestamp": timestamp, "step": step} for name, value, step in metrics
             ],
             "params": [{"key": name, "value": value} for name, value in params],
+            "tags": [{"key": name, "value": value} for name, value in tags],
         }
         self._post("log-batch", body)
 

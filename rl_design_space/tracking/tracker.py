@@ -86,6 +86,7 @@ class Findings:
     Attributes:
         plan: the points with as many periods as they got, if that was decided on the way; None if as planned.
         best: fingerprints of the points that cannot be told from the best; None if that is not known.
+        best_by: the measure by which that is so; empty if it is what the points are ranked by.
         lines: for the note of the summary run.
         tables: CSV files of the summary run, by name.
         metrics: of the summary run, by name.
@@ -93,6 +94,7 @@ class Findings:
 
     plan: Plan | None = None
     best: frozenset[str] | None = None
+    best_by: str = ""
     lines: Sequence[str] = ()
     tables: Mapping[str, bytes] = field(default_factory=dict)
     metrics: Mapping[str, float] = field(default_factory=dict)

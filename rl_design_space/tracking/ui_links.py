@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.address import sqlite_path
 from rl_design_space.tracking.connection import connect
-from rl_design_space.tracking.view_state import VIEW_TAG
+from rl_design_space.tracking.view_state import VIEW_TAG, created_at
 from rl_design_space.tracking.views import POINTS_KEY, STUDY_KEY, SWEEPS_KEY, link
 
 if TYPE_CHECKING:
@@ -25,12 +25,31 @@ class UiPages:
     Attributes:
         points: id of the experiment that holds the design points.
         sweeps: id of the experiment that holds the summary runs of sweeps, if there is one.
-        views: keys of the saved views of both.
+        views: when the saved views of both were saved, in milliseconds since 1970, by their keys.
     """
 
     points: str
     sweeps: str | None
-    views: frozenset[str]
+    views: Mapping[str, int]
+
+    def first(self, address: str, study: str | None = None) -> str:
+        """Return the address of a study; of that which was swept last if None, and of all points if there is none.
+
+        Args:
+            address: of the UI.
+            study: its name.
+
+        Raises:
+            ConfigError: no sweep of the study was recorded.
+        """
+        studies = [key for key in self.views if key.startswith(STUDY_KEY)]
+        if study is None:
+            newest = max(studies, key=lambda key: self.views[key], default=self._known(POINTS_KEY))
+            return link(address, self.points, newest)
+        if (key := f"{STUDY_KEY}{study}") not in studies:
+            known = ", ".join(sorted(each.removeprefix(STUDY_KEY) for each in studies)) or "none"
+            raise ConfigError.at("study", study, f"no sweep of it is recorded here (there is {known})")
+        return link(address, self.points, key)
 
     def links(self, address: str) -> Mapping[str, str]:
         """Return addresses by title: all points, each study that has a view, and all sweeps.
@@ -66,9 +85,10 @@ def find_pages(tracking: MlflowTracking) -> UiPages:
         raise ConfigError.at(
             "tracking.experiment", tracking.experiment, f"there is no such experiment in {tracking.uri}"
         )
-    views = _views(points) | (_views(sweeps) if sweeps else frozenset())
+    views = _views(points) | (_views(sweeps) if sweeps else {})
     return UiPages(points.experiment_id, sweeps.experiment_id if sweeps else None, views)
 
 
-def _views(experiment: Experiment) -> frozenset[str]:
-    return frozenset(tag.removeprefix(VIEW_TAG) for tag in experiment.tags if tag.startswith(VIEW_TAG))
+def _views(experiment: Experiment) -> dict[str, int]:
+    tags = experiment.tags.items()
+    return {tag.removeprefix(VIEW_TAG): created_at(text) for tag, text in tags if tag.startswith(VIEW_TAG)}

@@ -23,7 +23,7 @@ STARTED, DESCRIPTION = "attributes.start_time", "attributes.`Description`"
 
 _NAME, _CREATED, _DURATION = "attributes.`Run Name`", "runDateAndNestInfo", "duration"
 #: Width of these columns in pixels; of all others the minimum, the width of a letter of the heading, and the margin.
-_WIDTHS = {_NAME: 190, _CREATED: 150, DESCRIPTION: 500}
+_WIDTHS = {_NAME: 280, _CREATED: 150, DESCRIPTION: 500}
 _NARROWEST, _LETTER, _MARGIN = 80, 7, 20
 
 
@@ -47,6 +47,14 @@ def saved_view(name: str, state: State, created: int) -> str:
     """
     text = json.dumps(state, separators=(",", ":"))
     return json.dumps({"name": name, "createdAt": created, "updatedAt": created, "state": text})
+
+
+def created_at(text: str) -> int:
+    """Return when a view was saved, in milliseconds since 1970; 0 if its text does not say so."""
+    try:
+        return int(json.loads(text)["createdAt"])
+    except (ValueError, TypeError, LookupError):  # another version of MLflow, or a user, has written it
+        return 0
 
 
 def run_list(condition: str, order: str, *, ascending: bool) -> State:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from itertools import product
 
+from rl_design_space.commands import watching
 from rl_design_space.commands.sweep_result import result_lines
-from rl_design_space.commands.watching import main_numbers, tell_numbers, watched
+from rl_design_space.commands.watching import counting, main_numbers, tell_numbers, watched
 from rl_design_space.plan.plan import Plan
 from rl_design_space.tracking.tracker import StoredRun
 from tests.points import planned_point
@@ -78,3 +79,16 @@ def test_the_main_numbers_of_a_report_are_its_first_table_or_paragraphs(tmp_path
     tell_numbers([tmp_path / "a.md"] * 9)
     assert capsys.readouterr().err.count("\n") == 13
     assert list(watched(range(3), "counting")) == [0, 1, 2]
+
+
+def test_steps_that_take_a_second_are_shown_in_a_terminal(monkeypatch, capsys):
+    seconds = iter([0.0, 0.5, 2.0, 3.0])
+    monkeypatch.setattr(watching, "monotonic", lambda: next(seconds))
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    with counting("reading runs", 3) as count:
+        count()
+        assert capsys.readouterr().err == ""
+        count()
+        count()
+    assert "reading runs" in capsys.readouterr().err

@@ -36,11 +36,12 @@ def outputs(empty_database: Path, tmp_path_factory: pytest.TempPathFactory) -> P
         for study, overrides in STUDIES.items()
         for planned, curves in map(learned, overrides)
     ]
-    plan = Plan([planned for planned, _ in results], studies=tuple(STUDIES))
+    plan = Plan([planned for planned, _ in results], studies=tuple(STUDIES)).named()
     sweep = tracker.open_sweep(plan, "rl-design-space study=mine,yours")
-    for planned, curves in results:
+    for planned, (_, curves) in zip(plan, results, strict=True):
         tracker.record(planned, curves)
-    sweep.close(SweepEnding("FINISHED", "3 learned now", {"done": len(plan), "failed": 0}, {}, {}))
+    stored = tracker.finished([planned.fingerprint for planned in plan])
+    sweep.close(SweepEnding("FINISHED", "3 learned now", {"done": len(plan), "failed": 0}, {}, stored))
     return folder
 
 
@@ -65,6 +66,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tab]:
 def test_the_command_prints_every_link(served: dict[str, str]):
     assert list(served)[1:] == ["all design points", "study mine", "study yours", "all sweeps"]
     assert "viewStateShareKey=study.mine&" in served["study mine"]
+    assert next(iter(served)) == f"MLflow's UI at {served['study mine']}"
 
 
 def headings(page: Tab) -> list[str]:
@@ -92,7 +94,7 @@ def test_the_table_of_a_study_shows_axes_and_results(served: dict[str, str], pag
     assert re.search(r"direction\s+3\s", says)
 
 
-DRAWN = {"representation=ad_hoc": 4, "representation=direction": 4}
+DRAWN = {"ad_hoc constant": 4, "direction constant": 4}
 
 
 def plots(kind: str) -> str:
@@ -109,7 +111,7 @@ def test_the_charts_of_a_study_are_its_learning_curves(served: dict[str, str], p
     page.wait(f"{plots('scatter')}.length == 3 && {plots('bar')}.length == 3")
     lines = page.evaluate(f"{plots('scatter')}.map(plot => plot.data.map(line => [line.name, line.x.length]))")
     # One line per run, with its 4 trials.
-    assert all({name.split()[-1]: trials for name, trials in plot} == DRAWN for plot in lines)
+    assert all(dict(plot) == DRAWN for plot in lines)
     says = page.text()
     titles = ["Learning curves", "steps/mean", "steps/median", "success_rate"]
     totals = ["Totals", "total_steps", "failed_trials", "final_steps_over_optimum", "Choices"]
@@ -134,13 +136,28 @@ def test_the_table_of_sweeps_shows_their_counts(served: dict[str, str], page: Ta
     assert "**mine,yours**: 3 points (not all combinations of" in page.text()
 
 
+#: The pictures of the description of a run that are drawn, not broken.
+PICTURES = "[...document.querySelectorAll('img[src*=get-artifact]')].filter(picture => picture.naturalWidth > 100)"
+
+
+@needs_browser
+@pytest.mark.parametrize(("link", "says"), [("study mine", "steps in 4 trials"), ("all sweeps", "3 learned now")])
+def test_the_page_of_a_run_shows_its_picture(link: str, says: str, served: dict[str, str], page: Tab):
+    page.open(served[link])
+    page.wait("document.querySelector('.ag-row a[href*=\"/runs/\"]')")
+    page.evaluate("document.querySelector('.ag-row a[href*=\"/runs/\"]').click()")
+    page.wait(f"{PICTURES}.length == 1")
+    assert says in page.text()
+
+
 def test_links_to_a_tracking_server_are_printed(
     served: dict[str, str], outputs: Path, capsys: pytest.CaptureFixture[str]
 ):
     address = served["study mine"].partition("/#")[0]
-    show([f"tracking.uri={address}"], port=5000)
-    named = dict(re.split(r"\s{2,}", line) for line in capsys.readouterr().out.splitlines())
-    assert named == dict(list(served.items())[1:])
+    show([f"tracking.uri={address}", "study=yours"], port=5000)
+    first, *links = capsys.readouterr().out.splitlines()
+    assert first == f"MLflow's UI at {served['study yours']}"
+    assert dict(re.split(r"\s{2,}", line) for line in links) == dict(list(served.items())[1:])
 
 
 def test_a_port_in_use_is_an_error(served: dict[str, str], outputs: Path):
@@ -153,6 +170,7 @@ def test_a_port_in_use_is_an_error(served: dict[str, str], outputs: Path):
     ("words", "message"),
     [
         (["outputs={}/nowhere"], "no run has been recorded there yet"),
+        (["outputs={}", "study=theirs"], r"study=theirs: no sweep of it is recorded here \(there is mine, yours\)"),
         (["tracking=none"], "nothing is recorded, so there is no store"),
         (["world.size=4"], "not a setting"),
         (["outputs={}", "tracking.experiment=elsewhere"], "there is no such experiment"),

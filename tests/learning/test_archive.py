@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -25,3 +26,21 @@ def test_a_pickle_in_a_file_is_refused_and_not_run(tmp_path: Path):
     with pytest.raises(ValueError, match="allow_pickle"):
         read_arrays(tmp_path / "periods.npz")
     assert not (tmp_path / "run").exists()
+
+
+def test_arrays_are_those_that_numpy_reads(tmp_path: Path):
+    arrays = {
+        "plain": np.arange(6, dtype=np.uint16).reshape(2, 3),
+        "columns first": np.asfortranarray(np.arange(6.0).reshape(2, 3)),
+        "empty": np.empty((0, 4), dtype=bool),
+        "number": np.array(3.5),
+        "second version": np.arange(3),
+    }
+    np.savez_compressed(tmp_path / "arrays.npz", **{name: arrays[name] for name in list(arrays)[:-1]})
+    with zipfile.ZipFile(tmp_path / "arrays.npz", "a") as archive, archive.open("second version.npy", "w") as member:
+        np.lib.format.write_array(member, arrays["second version"], version=(2, 0))
+    found = read_arrays(tmp_path / "arrays.npz")
+    assert found.keys() == arrays.keys()
+    for name, array in arrays.items():
+        assert (found[name].dtype, found[name].flags.writeable) == (array.dtype, True)
+        np.testing.assert_array_equal(found[name], array)

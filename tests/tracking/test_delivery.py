@@ -36,12 +36,13 @@ def spool(tracker: MlflowTracker) -> Spool:
 
 
 def content_of(client, run) -> tuple:
-    """Return everything that a run holds except its id and times."""
+    """Return everything that a run holds except its id and times; its note has an address with the id."""
     names = sorted(run.data.metrics)
     history = {name: [(m.step, m.value) for m in client.get_metric_history(run.info.run_id, name)] for name in names}
     folder = Path(run.info.artifact_uri.removeprefix("file://"))
     files = {path.name: path.read_bytes() for path in folder.iterdir()} if folder.exists() else {}
     tags = {name: value for name, value in run.data.tags.items() if name != "rl_design_space.spool"}
+    tags["mlflow.note.content"] = tags["mlflow.note.content"].replace(run.info.run_id, "RUN")
     return run.info.status, run.data.params, history, tags, {name: files[name] for name in sorted(files)}
 
 

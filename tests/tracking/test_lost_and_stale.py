@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
+from types import SimpleNamespace
 
 import pytest
 from mlflow import MlflowClient
@@ -203,7 +204,7 @@ def test_refused_records_are_tried_again(database: Path):
 def test_long_names_are_cut(way: str, database: Path, client):
     planned, curves = learned()
     tracker = tracker_at(database)
-    record(tracker, replace(planned, overrides=("x" * 300,)), curves)
+    record(tracker, replace(planned, names=SimpleNamespace(name=lambda parameters: "x" * 300)), curves)
     (run,) = runs(client)
     assert len(run.info.run_name) == 250
     assert run.info.run_name.startswith("xxx")
@@ -225,7 +226,7 @@ def test_files_that_the_store_does_not_have_are_sent_again(database: Path, clien
     assert deliver_all(tracker._spool, 5) == ""
     assert len(calls) == 2
     (run,) = runs(client)
-    assert {file.path for file in client.list_artifacts(run.info.run_id)} == {"config.yaml", "periods.npz"}
+    assert {file.path for file in client.list_artifacts(run.info.run_id)} == {"config.yaml", "curve.svg", "periods.npz"}
 
 
 def test_the_limits_of_a_server_follow_from_the_patience(monkeypatch: pytest.MonkeyPatch, database: Path):

@@ -77,7 +77,7 @@ def test_values_that_exceed_a_batch_are_split_into_several(database: Path, clien
         found = [metric.value for metric in client.get_metric_history(run_id, name)]
         assert found == curves.curves[name].tolist()
     run = client.get_run(run_id)
-    assert run.data.params == params(planned)
+    assert run.data.params == params(planned.parameters)
     assert curves.scalars((4, 4)).items() <= run.data.metrics.items()
 
 

@@ -79,7 +79,7 @@ class Client:
     def set_terminated(self, run_id: str, status: str, ended: int | None = None) -> None:
         self._turn()
         info = self._server.runs[run_id].info
-        info.status, info.end_time = status, self._clock + len(self._server.runs)
+        info.status, info.end_time = status, self._clock if ended is None else ended
 
 
 class Machine:
@@ -92,6 +92,7 @@ class Machine:
         self._spool = Spool.of(folder / str(number), address)
         self._locks = locks_at(folder / f"{number}.claims")
         content = {"name": "", "started": 0, "tags": {f"study.{number}": "true"}, "params": {}, "checked": number > 0}
+        content["ended"] = clock
         self._record = Record("point", "point", content)
         self._next, self._arrived = Semaphore(0), Semaphore(0)
         self._is_killed = False
@@ -143,7 +144,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A folder for the machines; results have no content there."""
     import_mlflow()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(client_writer, "content_of", lambda record: RunContent([], {}))
+        patch.setattr(client_writer, "content_of", lambda record, run_id: RunContent([], {}, ""))
         yield tmp_path_factory.mktemp("machines")
 
 

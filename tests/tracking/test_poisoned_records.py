@@ -75,7 +75,7 @@ def scratch(tmp_path_factory: pytest.TempPathFactory) -> Spool:
 def test_a_record_is_read_or_corrupted(scratch: Spool, header: dict[str, Any]):
     write(scratch, POINT.name, poisoned(header))
     with suppress(CorruptedRecordError):
-        content_of(checked(scratch.read(POINT.name)))
+        content_of(checked(scratch.read(POINT.name)), "a")
 
 
 @settings(max_examples=100, deadline=None)
@@ -87,7 +87,7 @@ def test_a_result_is_read_or_corrupted(at: int, flip: int, cut: bool):
     else:
         result[at] ^= flip
     with suppress(CorruptedRecordError):
-        content_of(replace(POINT, files={name: bytes(result) for name in POINT.files}))
+        content_of(replace(POINT, files={name: bytes(result) for name in POINT.files}), "a")
 
 
 POISONS = {

@@ -40,12 +40,12 @@ def test_the_run_is_that_of_the_number_of_periods(asking: PlannedPoint, curves, 
     assert found[asking.fingerprint] == replace(found[fixed.fingerprint], enough=stored.enough)
     assert found[fixed.fingerprint].enough is None
     (run,) = runs(client)
-    assert run.data.params == params(fixed)
+    assert run.data.params == params(fixed.parameters)
     assert run.data.tags["fingerprint"] == fixed.fingerprint
     assert "3.00" not in run.data.tags["precision"]
     assert run.data.tags["precision"].startswith("total_steps to ± 30.00% at 95 %, at most 40 periods: reached, ± ")
     assert 0 < run.data.metrics["precision"] <= 0.3
-    assert run.info.run_name == "task.trials=4 world.size=4 task.periods=" + str(len(curves.steps))
+    assert run.info.run_name == "size=4 trials=4 periods=" + str(len(curves.steps))
     # The run joins studies by both.
     tracker.add_studies({asking.fingerprint: found[asking.fingerprint]}, {asking.fingerprint: ("yours",)})
     assert tracker.finished([fixed.fingerprint])[fixed.fingerprint].studies == {"mine", "yours"}

@@ -51,7 +51,7 @@ def test_a_result_is_read_bit_by_bit(spool: Spool, result: LearningCurves):
 def test_a_run_gets_the_metrics_of_the_result(spool: Spool, result: LearningCurves, every: int):
     record = through(spool, point_record(PLANNED, result, {}, curves=ON_DEMAND, every=every))
     scalars = result.scalars()
-    assert content_of(record).metrics == metrics(result, scalars, ON_DEMAND, every)
+    assert content_of(record, "a").metrics == metrics(result, scalars, ON_DEMAND, every)
 
 
 def test_a_record_of_version_0_1_0_is_read(spool: Spool):
@@ -62,7 +62,7 @@ def test_a_record_of_version_0_1_0_is_read(spool: Spool):
         np.save(buffer, array.astype(np.uint16) if name == "steps" else array)
     new = point_record(PLANNED, CURVES, {})
     old = replace(new, files={"result": buffer.getvalue()})
-    assert content_of(through(spool, old)) == content_of(new)
+    assert content_of(through(spool, old), "a") == content_of(new, "a")
 
 
 def test_a_file_in_an_unknown_format_is_corrupted(tmp_path: Path):

@@ -7,6 +7,7 @@ import math
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
+from xml.etree import ElementTree
 
 import hydra.utils
 import numpy as np
@@ -22,6 +23,7 @@ from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND, FINAL_TR
 from rl_design_space.learning.result import read_saved
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.tracking import content
+from rl_design_space.tracking.record import ended_at, point_record
 from rl_design_space.tracking.tracker import StoredRun
 from tests.command_runner import output_of
 from tests.points import planned_point
@@ -66,10 +68,39 @@ def recorded(shared_database: Path) -> Recorded:
 def test_the_run_is_finished_and_named(recorded: Recorded):
     info = recorded.run.info
     assert info.status == "FINISHED"
-    assert info.run_name == recorded.planned.name
+    assert info.run_name == "size=5 direction linear lengths_2_3 trials=100 periods=3"
     assert recorded.client.get_experiment(info.experiment_id).name == "design points"
-    # From the start of learning to the end of recording.
-    assert info.end_time - info.start_time >= math.floor(1000 * recorded.curves.seconds)
+
+
+def test_its_times_are_those_of_learning(recorded: Recorded):
+    info, curves = recorded.run.info, recorded.curves
+    assert info.end_time == int(1000 * curves.ended_at)
+    assert abs(info.end_time - info.start_time - 1000 * curves.seconds) <= 1
+
+
+def test_periods_that_were_recorded_before_do_not_count(recorded: Recorded):
+    begun = replace(recorded.curves, seconds=3.0)
+    written = point_record(replace(recorded.planned, begun=begun), replace(begun, seconds=5.0, ended_at=100.0), {})
+    assert (written.content["started"], written.content["ended"], written.content["seconds"]) == (98_000, 100_000, 5.0)
+
+
+def test_a_record_of_an_earlier_version_ends_when_it_was_written(recorded: Recorded):
+    written = point_record(recorded.planned, recorded.curves, {})
+    content = {name: value for name, value in written.content.items() if name != "ended"}
+    assert ended_at(replace(written, content={**content, "started": 1000, "seconds": 2.5})) == 3500
+
+
+def test_the_description_shows_the_curve_and_the_main_numbers(recorded: Recorded):
+    picture, numbers, command = recorded.run.data.tags["mlflow.note.content"].split("\n\n")
+    run_id, scalars = recorded.stored.run_id, recorded.curves.scalars()
+    assert picture == f"![learning curve](get-artifact?path=curve.svg&run_uuid={run_id})"
+    assert numbers.startswith(f"{scalars['total_steps']:,.0f} ± {1.96 * scalars['total_steps_sem']:,.0f} steps in 100")
+    assert command == f"`{recorded.planned.command}`"
+    drawn = ElementTree.parse(recorded.artifact("curve.svg")).getroot()
+    (line,) = drawn.iter("{http://www.w3.org/2000/svg}polyline")
+    heights = [float(pair.partition(",")[2]) for pair in line.attrib["points"].split()]
+    assert len(heights) == 100
+    assert heights[np.argmax(recorded.curves.curves["steps/mean"])] == min(heights)
 
 
 def test_params_are_flat_and_named_as_on_the_command_line(recorded: Recorded):
@@ -151,7 +182,7 @@ def test_the_commit_is_a_tag_where_there_is_a_checkout(recorded: Recorded):
 def test_the_artifacts_are_beside_the_database(recorded: Recorded, shared_database: Path):
     folder = recorded.artifact("")
     assert folder.is_relative_to(shared_database.parent / "artifacts" / "design-points")
-    assert {path.name for path in folder.iterdir()} == {"periods.npz", "config.yaml"}
+    assert {path.name for path in folder.iterdir()} == {"periods.npz", "config.yaml", "curve.svg"}
 
 
 def test_the_artifact_holds_every_trial_of_every_period(recorded: Recorded):

@@ -26,7 +26,7 @@ from tests.tracking.stores import learned
 
 PLANNED, CURVES = learned("representation=direction", "msa=lengths_2_3", "learner.alpha=1e-5")
 MESSAGE = r"run abc: periods\.npz is damaged \(.+\); .*`rl-design-space store forget abc`.*"
-RUN = FoundRun("abc", "", 0, 0, "", {**params(PLANNED), "world.source": "version 1"}, CURVES.scalars())
+RUN = FoundRun("abc", "", 0, 0, "", {**params(PLANNED.parameters), "world.source": "version 1"}, CURVES.scalars())
 
 
 @pytest.fixture

@@ -48,7 +48,7 @@ def test_points_run_again_because_something_was_changed_since():
     from tests.tracking.stores import learned
 
     planned: PlannedPoint = learned()[0]
-    now = params(planned)
+    now = params(planned.parameters)
     code = {"representation.source": "version 1"}
     assert changed_since([planned], [FoundRun("a", "", 0, 0, "", {**now, "seed": "7"})]) == {}
     assert changed_since([planned], [FoundRun("a", "", 0, 0, "", now)]) == {LEARNING: 1}

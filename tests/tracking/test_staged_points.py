@@ -60,7 +60,7 @@ def test_a_curriculum_of_the_users_own_is_learned_recorded_and_built_again(folde
             "exploration": Constant(epsilon=0.0), "learner.alpha": 0, "representation": Direction(), "task.trials": 2,
         }  # fmt: skip
         assert planned.parameters["curriculum.stages.2.carry.source"].startswith("sha256:")
-        assert "carry: staged_rules.same_state" in params(planned)["curriculum.stages"]
+        assert "carry: staged_rules.same_state" in params(planned.parameters)["curriculum.stages"]
         config = yaml.safe_load(yaml.safe_dump(resolved_config(planned.point)))
         assert recorded_point(config, "run abc") == planned.point
     with pytest.raises(ConfigError, match=r"carry=staged_rules\.same_state: comes from the store"):
@@ -82,7 +82,7 @@ def test_the_run_of_a_staged_point_holds_scalars_and_a_curve_of_its_stages(share
 def test_curves_run_on_and_the_file_of_a_result_holds_its_stages():
     planned, curves = learned(*SMALL, "curriculum=coarse_to_fine", "curriculum.sizes=[2]", "curriculum.trials=3")
     record = point_record(planned, curves, {})
-    content = content_of(record)
+    content = content_of(record, "a")
     assert [value for name, value, _ in content.metrics if name == "stage"] == [1.0] * 3 + [2.0] * 6
     assert len([name for name, _, _ in content.metrics if name == "steps/mean"]) == 9
     again: LearningCurves = result_of(record)
@@ -102,7 +102,7 @@ def test_curves_run_on_and_the_file_of_a_result_holds_its_stages():
 def test_points_without_stages_have_the_params_that_they_had():
     for overrides in ((), ("curriculum=coarse_to_fine", "curriculum.sizes=[]")):
         planned = planned_point(overrides)
-        assert not [name for name in params(planned) if "curriculum" in name]
+        assert not [name for name in params(planned.parameters) if "curriculum" in name]
         assert "curriculum" not in resolved_config(planned.point)
 
 

@@ -79,8 +79,7 @@ def test_a_summary_run_ranks_the_points(tracker, client):
     best = min(results, key=lambda result: result[1].total_steps.mean())[0]
     assert rows[0]["exploration.epsilon"] == str(best.point.exploration.epsilon)
     assert {row["run_id"] for row in rows} == {"id"}
-    # The note shows the axes of the plan and no other choice.
-    assert "| rank | exploration.epsilon | total_steps |" in run.data.tags["mlflow.note.content"]
+    assert "| rank | run | total_steps |" in run.data.tags["mlflow.note.content"]
 
 
 def test_the_leaderboard_names_the_runs_of_points_just_learned(tracker, client, tmp_path: Path):
@@ -136,7 +135,7 @@ def test_a_summary_run_ranks_the_points_by_other_measures(empty_database: Path, 
     assert {row["trials_to=1.1"] for row in rows.values()} == {"≥ 4"}
     note = sweep.data.tags["mlflow.note.content"]
     assert f"**Best by {name}**" in note
-    assert f"| rank | exploration.epsilon | {name} | trials_to=1.1 | total_steps |" in note
+    assert f"| rank | run | {name} | trials_to=1.1 | total_steps |" in note
 
 
 def test_a_leaderboard_of_a_measure_that_cannot_be_imported_is_refused_at_once(tmp_path: Path):

@@ -10,8 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rl_design_space.commands.messages import tell
+
 if TYPE_CHECKING:
     from rl_design_space.tracking import MlflowTracking
+
+_STUDY = "study="
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -23,21 +27,25 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(
         prog="rl-design-space ui",
         description="Open MLflow's UI on the recorded runs: all design points, all sweeps, and a view per study.",
-        epilog="example: rl-design-space ui outputs=outputs/quick --port 5001",
+        epilog="example: rl-design-space ui study=table4 outputs=outputs/quick --port 5001",
     )
-    parser.add_argument("overrides", nargs="*", help="settings, e.g. outputs=DIR or tracking.uri=URI")
+    parser.add_argument(
+        "overrides", nargs="*", help="study=NAME to begin with (default: the last one), and settings, e.g. outputs=DIR"
+    )
+    parser.add_argument("--browser", action="store_true", help="open the study in your browser")
     parser.add_argument("--port", type=int, default=5000, help="port of the UI on this machine (default: 5000)")
     given = parser.parse_intermixed_args(arguments)
     with suppress(KeyboardInterrupt):
-        show(given.overrides, given.port)
+        show(given.overrides, given.port, browser=given.browser)
 
 
-def show(overrides: Sequence[str], port: int) -> None:
+def show(overrides: Sequence[str], port: int, *, browser: bool = False) -> None:
     """Serve the UI until it is interrupted; if the store is a tracking server, print its links instead.
 
     Args:
-        overrides: settings, which select the store.
+        overrides: the study to begin with, and settings, which select the store.
         port: port of the UI.
+        browser: whether to open the study in a browser.
 
     Raises:
         ConfigError: nothing is recorded, the store cannot be used, or the port is in use.
@@ -45,8 +53,11 @@ def show(overrides: Sequence[str], port: int) -> None:
     """
     from rl_design_space.run.settings import settings_of, store_of
 
-    with _writable(store_of(overrides)) as tracking:
-        _serve(tracking, port, Path(settings_of(overrides).outputs) / "artifacts")
+    named = [override for override in overrides if override.startswith(_STUDY)]
+    study = named[-1].removeprefix(_STUDY) if named else None
+    settings = [override for override in overrides if override not in named]
+    with _writable(store_of(settings)) as tracking:
+        _serve(tracking, port, Path(settings_of(settings).outputs) / "artifacts", study, browser)
 
 
 @contextmanager
@@ -68,24 +79,36 @@ def _writable(tracking: MlflowTracking) -> Iterator[MlflowTracking]:
         yield replace(tracking, uri=f"{SQLITE}{copy}")
 
 
-def _serve(tracking: MlflowTracking, port: int, artifacts: Path) -> None:
+def _serve(tracking: MlflowTracking, port: int, artifacts: Path, study: str | None, browser: bool) -> None:
     from rl_design_space.commands.terminal import console
     from rl_design_space.tracking.address import mlflow_uri
     from rl_design_space.tracking.ui_links import find_pages
     from rl_design_space.tracking.ui_server import serving
 
     found = find_pages(tracking)
+    first = found.first(tracking.uri, study)  # before a server starts
     if tracking.address.is_server:
+        console.print(f"MLflow's UI at {first}", soft_wrap=True, markup=False)
         _print(found.links(tracking.uri))
+        _open(first, browser)
         return
     with (
         console.status("MLflow's server is starting"),
         serving(mlflow_uri(tracking.address.uri), port, artifacts) as address,
     ):
-        console.print(f"MLflow's UI at {address}; Ctrl-C ends it", soft_wrap=True)
+        first = found.first(address, study)
+        console.print(f"MLflow's UI at {first}; Ctrl-C ends it", soft_wrap=True, markup=False)
         _print(found.links(address))
+        _open(first, browser)
         while True:
             signal.pause()
+
+
+def _open(address: str, browser: bool) -> None:
+    import webbrowser
+
+    if browser and not webbrowser.open(address):
+        tell("no browser was found: open the address by hand")
 
 
 def _print(links: Mapping[str, str]) -> None:
