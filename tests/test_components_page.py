@@ -104,4 +104,4 @@ def test_the_checks_and_kinds_that_the_page_names_exist():
     from rl_design_space.commands.words.new import KINDS as MADE
 
     assert set(re.findall(r"`(check_\w+)`", PAGE)) == {name for name in vars(contracts) if name.startswith("check_")}
-    assert set(MADE) == {kind for kind, _, _ in [*KINDS, *OF_ONE_STEP]} | {"actions", "study"}
+    assert set(MADE) == {kind for kind, _, _ in [*KINDS, *OF_ONE_STEP]} | {"actions", "curriculum", "study"}

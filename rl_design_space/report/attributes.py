@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -61,6 +61,8 @@ class Attributes(Report):
 
     value: MeasureName = "total_steps"
 
+    choosable: ClassVar[Sequence[str]] = ("colour_map",)
+
     def frames(self, runs: Runs) -> Frames:
         """Return representation, left_out, stage, ratio, low, high, failed (share of trials), periods: a row each."""
         whole, less = _found(runs)
@@ -80,7 +82,7 @@ class Attributes(Report):
         return {MAIN: pd.DataFrame(rows)}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.title, self.value)
+        return _draw(frames[MAIN], self)
 
     def text(self, frames: Frames) -> list[str]:
         main = frames[MAIN]
@@ -182,7 +184,7 @@ def _clauses(cells: pd.DataFrame) -> Iterator[str]:
 
 
 @styled()
-def _draw(frame: pd.DataFrame, title: str, value: str) -> Figure:
+def _draw(frame: pd.DataFrame, look: Attributes) -> Figure:
     names, stages = list(dict.fromkeys(frame["representation"])), _stages(frame)
     rows = {name: list(dict.fromkeys(frame.loc[frame["representation"] == name, "left_out"])) for name in names}
     norm = LogNorm(min(frame["ratio"].min(), 1), max(frame["ratio"].max(), 1.01))
@@ -195,14 +197,15 @@ def _draw(frame: pd.DataFrame, title: str, value: str) -> Figure:
         values = cells.pivot_table(index="left_out", columns="stage", values="ratio").reindex(
             rows[name], columns=stages
         )
-        inks = colour_cells(axis, values.rename(columns=_heading), norm)
+        inks = colour_cells(axis, values.rename(columns=_heading), norm, colour_map=look.cells_map)
         _write(axis, cells, rows[name], stages, inks)
         axis.set(xlabel="", ylabel="")
         axis.set_title(name, fontsize=10)
     axes[0][0].set_ylabel("left out, or other values")
-    bar = colour_bar(figure, list(axes[0]), norm, ticks=LogLocator(subs=(1, 2, 5)), format=lambda each, _: number(each))
-    bar.set_label(f"{value}, ratio to the whole observation")
-    figure.suptitle(title, fontsize=11)
+    how = {"ticks": LogLocator(subs=(1, 2, 5)), "format": lambda each, _: number(each)}
+    bar = colour_bar(figure, list(axes[0]), norm, look.cells_map, **how)
+    bar.set_label(f"{look.value}, ratio to the whole observation")
+    figure.suptitle(look.title, fontsize=11)
     return figure
 
 

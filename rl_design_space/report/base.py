@@ -122,7 +122,7 @@ class Report(Look, ABC):
             paths.append(stem.with_name(f"{stem.name}{name}.csv"))
             without_formulas(frame).to_csv(paths[-1], index=False)
         paths.append(stem.with_name(f"{stem.name}.md"))
-        heading = self._labelled(self.heading_of(frames))
+        heading = self._in_words(self.heading_of(frames))
         pictures = [_picture(self.shows or heading, stem.name)]
         for name, shows, figure in self.more_pictures(frames):
             pictures.append(_picture(shows, f"{stem.name}{name}"))
@@ -159,11 +159,11 @@ class Report(Look, ABC):
         values = {field.name: getattr(self, field.name) for field in fields(self) if field.init}
         return construct(type(self), {**values, **look, **both})
 
-    def _labelled(self, heading: str) -> str:
+    def _in_words(self, heading: str) -> str:
         return self.title or self.words.heading(heading)
 
     def _save(self, figure: Figure, heading: str, stem: Path, mark: str) -> list[Path]:
-        self.words.write_into(figure, {self.title: self.title, heading: self._labelled(heading)})
+        self.words.write_into(figure, {self.title: self.title, heading: self._in_words(heading)})
         add_mark(figure, mark)
         fit(figure, self.width, self.height, self.font_size)
         dots = PRINTED if self.width or self.height else DOTS_PER_INCH

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -53,6 +53,8 @@ class Failures(Report):
     @property
     def heading(self) -> str:
         return self.title or "Why trials fail"
+
+    choosable: ClassVar[Sequence[str]] = ("order",)
 
     def frames(self, runs: Runs) -> Frames:
         """Return what was found.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -23,7 +23,7 @@ from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point
 from rl_design_space.report.ratios import named, of_periods, ratio
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import DASHES, MARKERS, beyond, colours, interval, number, styled, tidy, write_in_full
+from rl_design_space.report.style import DASHES, MARKERS, beyond, interval, number, styled, tidy, write_in_full
 from rl_design_space.tracking.selection import Where
 
 #: Frames beside the main one: ratios at equal rows, and learning curves by steps.
@@ -48,6 +48,8 @@ class Resolution(Report):
 
     kinds: Annotated[dict[str, dict[str, Any]], Field(min_length=1)]
     within: Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)] = (5_000,)
+
+    choosable: ClassVar[Sequence[str]] = ("colour_map",)
 
     def frames(self, runs: Runs) -> Frames:
         """Return a row for each point, see the class; `EQUAL_ROWS` and `CURVES` have the ratios and the curves."""
@@ -86,7 +88,7 @@ class Resolution(Report):
         return pd.DataFrame(rows)
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames, self.title)
+        return _draw(frames, self)
 
     def text(self, frames: Frames) -> list[str]:
         main, first = frames[MAIN], next(iter(self.kinds))
@@ -129,11 +131,11 @@ def _estimates(frame: pd.DataFrame, name: str) -> list[str]:
 
 
 @styled()
-def _draw(frames: Frames, title: str) -> Figure:
+def _draw(frames: Frames, look: Resolution) -> Figure:
     main, curves = frames[MAIN], frames[CURVES]
     figure, (final, total, by_steps) = plt.subplots(1, 3, figsize=(13, 4.4), layout="constrained")
     kinds = list(dict.fromkeys(main["kind"]))
-    for colour, mark, dashes, kind in zip(colours(len(kinds)), MARKERS, DASHES, kinds, strict=False):
+    for colour, mark, dashes, kind in zip(look.colours(len(kinds)), MARKERS, DASHES, kinds, strict=False):
         points = main[main["kind"] == kind].sort_values("rows")
         for axis, name in ((final, _MEASURES[0]), (total, _MEASURES[1])):
             reach = beyond(points[f"{name}_low"], points[name], points[f"{name}_high"])
@@ -150,7 +152,7 @@ def _draw(frames: Frames, title: str) -> Figure:
     _label(total, "rows of the Q-matrix", "steps of all trials")
     _label(by_steps, "steps made before (a line ends with its number of rows)", "steps of a trial")
     final.legend(frameon=False, fontsize=8)
-    figure.suptitle(title, fontsize=11)
+    figure.suptitle(look.title, fontsize=11)
     return figure
 
 

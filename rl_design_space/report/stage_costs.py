@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import pandas as pd
@@ -22,7 +22,7 @@ from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, having
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import DASHES, MARKERS, colours, interval, styled, tidy
+from rl_design_space.report.style import DASHES, MARKERS, interval, styled, tidy
 from rl_design_space.tracking.selection import Where
 
 _SIZE, _TRIALS, _CHOICE = "world.size", "curriculum.trials", "curriculum"
@@ -54,6 +54,8 @@ class StageCosts(Report):
     usual: Annotated[Where, Field(min_length=1)]
     drawn: int = 50
 
+    choosable: ClassVar[Sequence[str]] = ("colour_map",)
+
     def frames(self, runs: Runs) -> Frames:
         """Return a row for each point with stages.
 
@@ -78,7 +80,7 @@ class StageCosts(Report):
 
     def draw(self, frames: Frames) -> Figure:
         rows = frames[MAIN]
-        return _draw(rows[rows["trials"] == self.drawn], self.title)
+        return _draw(rows[rows["trials"] == self.drawn], self)
 
     def numbers(self, frames: Frames) -> list[str]:
         """Return how many points pay, and the cheapest one that is drawn of each representation and last grid."""
@@ -181,7 +183,7 @@ def _ratio(row: Mapping[Any, Any], name: str) -> str:
 
 
 @styled()
-def _draw(rows: pd.DataFrame, title: str) -> Figure:
+def _draw(rows: pd.DataFrame, look: StageCosts) -> Figure:
     representations, names = list(rows["representation"].unique()), ["grids", "exploration", "carry"]
     ways = rows.sort_values(names, kind="stable", key=lambda column: column.map(str))[names].drop_duplicates()
     places = {tuple(way): place for place, way in enumerate(reversed(ways.values.tolist()))}
@@ -197,7 +199,7 @@ def _draw(rows: pd.DataFrame, title: str) -> Figure:
     for axis, representation in zip(axes[0], representations, strict=False):
         here = rows[rows["representation"] == representation]
         y = [places[tuple(way)] for way in here[names].values.tolist()]
-        for (kind, what, above), colour, marker in zip(kinds, colours(len(kinds)), MARKERS, strict=False):
+        for (kind, what, above), colour, marker in zip(kinds, look.colours(len(kinds)), MARKERS, strict=False):
             reach = [here[kind] - here[f"{kind}_low"], here[f"{kind}_high"] - here[kind]]
             axis.errorbar(
                 here[kind], [place + above for place in y], xerr=reach, fmt=marker, color=colour, markersize=4,
@@ -214,5 +216,5 @@ def _draw(rows: pd.DataFrame, title: str) -> Figure:
         tidy(axis)
     if len(rows):
         figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
-    figure.suptitle(title, fontsize=12)
+    figure.suptitle(look.title, fontsize=12)
     return figure

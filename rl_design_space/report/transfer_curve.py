@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import pandas as pd
@@ -22,7 +22,7 @@ from rl_design_space.report.base import MAIN, Frames, Report, Text
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import DASHES, colours, interval, make_logarithmic, styled, tidy
+from rl_design_space.report.style import DASHES, interval, make_logarithmic, styled, tidy
 from rl_design_space.tracking.selection import Where
 
 _MEAN = "final_over_optimum"
@@ -53,6 +53,8 @@ class TransferCurve(Report):
     at_once: float = 2.0
     level: float = 0.9
     grades: dict[Text, Text] = Field(default_factory=dict)
+
+    choosable: ClassVar[Sequence[str]] = ("colour_map",)
 
     def frames(self, runs: Runs) -> Frames:
         """Return line, layouts, and solved, at_once, over_optimum and saved: one row for each layout that is used.
@@ -92,7 +94,7 @@ class TransferCurve(Report):
         return rows
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.title, self.at_once, self.level)
+        return _draw(frames[MAIN], self)
 
     def numbers(self, frames: Frames) -> list[str]:
         """Return how each line uses the first and the last new layout, and from when on it solves them at once."""
@@ -175,11 +177,11 @@ def _percent(row: Mapping[Any, Any] | pd.Series[Any], name: str) -> str:
 
 
 @styled()
-def _draw(rows: pd.DataFrame, title: str, at_once: float, level: float) -> Figure:
+def _draw(rows: pd.DataFrame, look: TransferCurve) -> Figure:
     figure, (share, steps, saved) = plt.subplots(1, 3, figsize=(14, 4.6), layout="constrained")
     names = list(rows["line"].unique())
     dashes = DASHES * len(names)
-    for name, colour, dash in zip(names, colours(len(names)), dashes, strict=False):
+    for name, colour, dash in zip(names, look.colours(len(names)), dashes, strict=False):
         line = rows[rows["line"] == name]
         how = {"color": colour, "linestyle": dash, "linewidth": 1.4}
         for axis, column in ((share, "at_once"), (saved, "saved")):
@@ -188,11 +190,11 @@ def _draw(rows: pd.DataFrame, title: str, at_once: float, level: float) -> Figur
                 axis.fill_between(line["layouts"], low, high, color=colour, alpha=0.2, linewidth=0)
                 axis.plot(line["layouts"], line[column], label=name if axis is share else None, **how)
         steps.plot(line["layouts"], line["over_optimum_median"], **how)
-    share.axhline(level, color="0.45", linewidth=0.8)
+    share.axhline(look.level, color="0.45", linewidth=0.8)
     saved.axhline(0, color="0.45", linewidth=0.8)
     make_logarithmic(steps)
     for axis, heading in (
-        (share, f"solved at once: within {at_once:g} times the fewest steps"),
+        (share, f"solved at once: within {look.at_once:g} times the fewest steps"),
         (steps, "steps / optimum, median period"),
         (saved, "steps saved in learning the layout"),
     ):
@@ -203,5 +205,5 @@ def _draw(rows: pd.DataFrame, title: str, at_once: float, level: float) -> Figur
     for axis in (share, saved):
         axis.yaxis.set_major_formatter(PercentFormatter(1, decimals=0))
     figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
-    figure.suptitle(title, fontsize=12)
+    figure.suptitle(look.title, fontsize=12)
     return figure

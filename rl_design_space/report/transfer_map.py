@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -58,6 +58,8 @@ class TransferMap(Report):
     across: Text = "representation"
     named: Annotated[tuple[tuple[int, int], ...], Field(strict=False)] = ((10, 30),)
 
+    choosable: ClassVar[Sequence[str]] = ("colour_map",)
+
     def frames(self, runs: Runs) -> Frames:
         """Return values of `down` and `across`, source, target, value, low, high, median, runs: a row for each cell.
 
@@ -102,7 +104,7 @@ class TransferMap(Report):
         return {**keys, "source": source, "target": first.parameters[_TARGET], **known}
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self.down, self.across, self.title, self.saved)
+        return _draw(frames[MAIN], self.down, self.across, self)
 
     def numbers(self, frames: Frames) -> list[str]:
         """Return for each panel the named cells, and the ranges from smaller and from larger grids."""
@@ -173,7 +175,7 @@ def _panels(cells: pd.DataFrame, down: Sequence[str], across: str) -> Iterator[t
 
 
 @styled()
-def _draw(cells: pd.DataFrame, down: Sequence[str], across: str, title: str, saved: bool) -> Figure:
+def _draw(cells: pd.DataFrame, down: Sequence[str], across: str, look: TransferMap) -> Figure:
     columns = list(dict.fromkeys(cells[across]))
     rows = list(dict.fromkeys(zip(*(cells[name] for name in down), strict=True)))
     measured = cells["value"].dropna()
@@ -187,26 +189,26 @@ def _draw(cells: pd.DataFrame, down: Sequence[str], across: str, title: str, sav
             here = cells[cells[across] == column]
             for name, value in zip(down, row, strict=True):
                 here = here[here[name] == value]
-            _draw_panel(axis, here, norm)
+            _draw_panel(axis, here, norm, look.cells_map)
             axis.set_title(f"{_words(column)}\n{', '.join(map(_words, row))}", fontsize=9)
     for axis in axes[-1]:
         axis.set_xlabel("used on")
     for axis in axes[:, 0]:
         axis.set_ylabel("learned on")
-    bar = colour_bar(figure, list(axes.flat), norm, format=lambda value, _: f"{value:.0%}", shrink=0.6)
-    bar.set_label("steps saved" if saved else "share of trials")
-    figure.suptitle(title, fontsize=12)
+    bar = colour_bar(figure, list(axes.flat), norm, look.cells_map, format=lambda value, _: f"{value:.0%}", shrink=0.6)
+    bar.set_label("steps saved" if look.saved else "share of trials")
+    figure.suptitle(look.title, fontsize=12)
     return figure
 
 
-def _draw_panel(axis: Axes, cells: pd.DataFrame, norm: Normalize) -> None:
+def _draw_panel(axis: Axes, cells: pd.DataFrame, norm: Normalize, colour_map: str) -> None:
     sources = sorted({each for each in cells["source"] if each != NOTHING}, reverse=True)
     places = [*sources, *([NOTHING] if NOTHING in set(cells["source"]) else [])]
     targets = sorted(set(cells["target"]))
     values = pd.DataFrame(np.nan, index=places, columns=targets)
     for cell in cells.to_dict("records"):
         values.loc[cell["source"], cell["target"]] = cell["value"]
-    inks = colour_cells(axis, values.clip(lower=norm.vmin), norm)
+    inks = colour_cells(axis, values.clip(lower=norm.vmin), norm, colour_map=colour_map)
     for cell in cells.to_dict("records"):
         x, y = targets.index(cell["target"]), places.index(cell["source"])
         if math.isnan(cell["value"]):

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
 from benchmarks import tracking
+from tests.tracking.stores import copy_database
 
 CASE = f"{tracking.OURS}, defaults, 1 of 1 cores learn"
 
 
-def test_a_round_records_and_learns_in_every_way():
+def test_a_round_records_and_learns_in_every_way(empty_database: Path, tmp_path: Path):
+    copy_database(empty_database, tmp_path / "mlflow.db")
     works = {"defaults": tracking.Work(("task.periods=5",), points=1, few=1, many=3)}
-    calls = tracking.measure(1, lambda _: None, works=works, cores=1, naive_points=1).set_index("case")
+    calls = tracking.measure(
+        1, lambda _: None, works=works, cores=1, naive_points=1, empty=tmp_path / "mlflow.db"
+    ).set_index("case")
     assert list(calls.index) == [CASE, tracking.NAIVE]
     assert (calls.loc[CASE, ["slowed", "learn_ms"]] > 0).all()
     assert calls.loc[tracking.NAIVE, "cpu_ms"] > 0

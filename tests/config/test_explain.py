@@ -17,9 +17,9 @@ SIZE = "a size is a whole number of at least 2, or two of them, [dx, dy]"
 POINTS = [
     # Unknown names.
     ("representation=ad_hic", ["representation=ad_hic: no such option", "did you mean representation=ad_hoc?"]),
-    ("representation=direc", ["did you mean representation=direct?", "ad_hoc, aggregated, direct, direction, distance, without"]),
-    ("exploration=quadratic", ["exploration=quadratic: no such option", "constant, exponential, linear, sigmoidal"]),
-    ("learner=sarsa", ["learner=sarsa: no such option", "there is q_learning"]),
+    ("representation=direc", ["did you mean representation=direct?", "aggregated, direct, direction, distance"]),
+    ("exploration=quadratic", ["exploration=quadratic: no such option", "exponential, linear, optimistic"]),
+    ("learner=sarza", ["learner=sarza: no such option", "did you mean learner=sarsa?"]),
     ("study=tabel4", ["study=tabel4: no such option", "did you mean study=table4?"]),
     ("reprsentation=ad_hoc", ["reprsentation: no such", "did you mean representation?"]),
     ("tsak.goals=2", ["tsak", "no such", "did you mean task"]),
