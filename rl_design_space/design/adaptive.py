@@ -176,7 +176,8 @@ class SuccessDriven(_ClosedLoop):
     @staticmethod
     def rule(counters: Counters, parameters: Any) -> float:
         factor, lowest = parameters[0], parameters[1]
-        return max(counters.level * factor, lowest) if counters.succeeded > 0 else counters.level
+        epsilon: float = max(counters.level * factor, lowest) if counters.succeeded > 0 else counters.level
+        return epsilon
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -198,4 +199,5 @@ class ErrorDriven(_ClosedLoop):
     @staticmethod
     def rule(counters: Counters, parameters: Any) -> float:
         start, lowest, half = parameters[0], parameters[1], parameters[2]
-        return lowest + (start - lowest) * (counters.error / (counters.error + half))
+        epsilon: float = lowest + (start - lowest) * (counters.error / (counters.error + half))
+        return epsilon

@@ -29,8 +29,16 @@ compiled = njit(nogil=True, error_model="numpy")
 #: Decorator of functions that are inlined into the loop that calls them.
 inlined = njit(nogil=True, error_model="numpy", forceinline=True)
 
+#: Options that Numba's annotations do not know. Without wrappers, such a function must not be called from Python.
+_UNCOUNTED: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "_nrt": False,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
 #: Decorator of functions that allocate nothing, so that references to arrays need not be counted in them.
-uncounted = njit(nogil=True, error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+uncounted = njit(**_UNCOUNTED)
 
 
 def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rl_design_space.design import (
+    Aggregated,
     Constant,
     DesignPoint,
     DoubleQ,
@@ -26,6 +27,7 @@ from rl_design_space.design import (
     OwnLearner,
     QLambda,
     QLearning,
+    Refine,
     Sarsa,
     Softmax,
     SuccessDriven,
@@ -224,6 +226,8 @@ def refusals() -> Iterator[tuple[dict[str, object], str]]:
         {"exploration": Optimistic(), "learner": Sarsa(initial_q=1.0)},
         "learner.initial_q=1.0: exploration=Optimistic",
     )
+    blocks = {"representation": Aggregated(), "curriculum": Refine(split="disagreeing")}
+    yield {"learner": Sarsa(), **blocks}, "refine=disagreeing: TD errors are those of Q-learning with constant α"
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ def _behaviour(exploration: Exploration, levels: FloatArray) -> Behaviour:
 
 def _learner(learner: TabularLearner) -> Learner:
     """Return what is learned from a step."""
-    nothing = Learner(GREATEST, chooses_first=False, count=0, trace_decay=0.0, update=0, parameters=np.empty(0))
+    nothing = Learner(GREATEST, chooses_first=False, number=0, trace_decay=0.0, update=0, parameters=np.empty(0))
     if isinstance(learner, Sarsa):
         return nothing._replace(kind=NEXT, chooses_first=True)
     if isinstance(learner, ExpectedSarsa):
@@ -81,12 +81,12 @@ def _learner(learner: TabularLearner) -> Learner:
         return nothing._replace(kind=DOUBLE)
     if isinstance(learner, NStep):
         tree = learner.backup == "tree"
-        return nothing._replace(kind=TREE if tree else STEPS, chooses_first=not tree, count=learner.n)
+        return nothing._replace(kind=TREE if tree else STEPS, chooses_first=not tree, number=learner.n)
     if isinstance(learner, QLambda):
         kind = ACCUMULATING if learner.traces == "accumulating" else REPLACING
         return nothing._replace(kind=kind, trace_decay=learner.trace_decay)
     if isinstance(learner, DynaQ):
-        return nothing._replace(kind=PLANNING, count=learner.planning)
+        return nothing._replace(kind=PLANNING, number=learner.planning)
     if isinstance(learner, OwnLearner):
         update = compiled_update(type(learner).update, full_name(type(learner)))
         return nothing._replace(

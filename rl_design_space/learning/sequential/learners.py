@@ -36,7 +36,7 @@ def begin_learning(learner, memory, used):
         memory.other[:used] = 0.0
     elif kind == PLANNING:
         memory.taken[:used] = 0
-        memory.count[0] = 0
+        memory.size[0] = 0
     memory.updates[: min(used, len(memory.updates))] = 0
     memory.chosen[: min(used, len(memory.chosen))] = 0
 

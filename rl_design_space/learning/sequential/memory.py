@@ -35,7 +35,7 @@ class Memory(NamedTuple):
         places: uint64, of the learner: entries with a trace; next rows of a model, by entry; entries passed.
         rows_met: uint64, of the learner: rows that a model knows.
         taken: uint64, of the learner: for each row the set of actions that a model knows there.
-        count: (1,) int64, of the learner: number of entries with a trace, or of rows that a model knows.
+        size: (1,) int64, of the learner: number of entries with a trace, or of rows that a model knows.
         gains: float64, rewards of the steps of a target.
         updates: (entries,) uint32, number of updates.
         chosen: (entries,) uint32, how often the action was chosen.
@@ -50,7 +50,7 @@ class Memory(NamedTuple):
     places: NDArray[np.uint64]
     rows_met: NDArray[np.uint64]
     taken: NDArray[np.uint64]
-    count: NDArray[np.int64]
+    size: NDArray[np.int64]
     gains: FloatArray
     updates: NDArray[np.uint32]
     chosen: NDArray[np.uint32]
@@ -65,7 +65,7 @@ def new_memory(random, q, method, n_actions):
     learner = method.learner
     entries, kind = len(q), learner.kind
     traces = kind in (REPLACING, ACCUMULATING)
-    steps = learner.count + 1 if kind in (STEPS, TREE) else 1
+    steps = learner.number + 1 if kind in (STEPS, TREE) else 1
     return Memory(
         random,
         q,

@@ -23,7 +23,7 @@ class Learner(NamedTuple):
             or one from a `DOUBLE` matrix; or it is that of several `STEPS`, or a `TREE` of them; or there are
             `REPLACING` or `ACCUMULATING` traces, or `PLANNING`; or an update function of the user's `OWN`.
         chooses_first: whether the next action is chosen before the update.
-        count: number of steps of a target, or of planning steps.
+        number: of steps of a target, or of planning steps.
         trace_decay: λ.
         update: address of the user's compiled function.
         parameters: float64, of that function.
@@ -31,7 +31,7 @@ class Learner(NamedTuple):
 
     kind: int
     chooses_first: bool
-    count: int
+    number: int
     trace_decay: float
     update: int
     parameters: FloatArray

@@ -10,9 +10,11 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import carray, cfunc, njit, types
+from llvmlite import ir
+from numba import cfunc, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
+from numba.np.numpy_support import carray
 
 from rl_design_space.design import Counters, Step
 from rl_design_space.errors import ConfigError
@@ -27,7 +29,7 @@ def _call_address(typingctx, address, arguments):
 
     def codegen(context, builder, signature, values):
         kinds = [context.get_value_type(kind) for kind in signature.args[1].types]
-        function = cgutils.ir.FunctionType(context.get_value_type(types.float64), kinds)
+        function = ir.FunctionType(context.get_value_type(types.float64), kinds)
         pointer = builder.inttoptr(values[0], function.as_pointer())
         return builder.call(pointer, cgutils.unpack_tuple(builder, values[1]))
 

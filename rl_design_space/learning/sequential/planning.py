@@ -18,17 +18,17 @@ def plan(learner, memory, rules, n_actions, alpha, power, row, action, gain, nex
 
     The upper half of a word selects a row that was met, the lower half an action that was taken there.
     """
-    gains, following, met, taken, count = memory.other, memory.places, memory.rows_met, memory.taken, memory.count
+    gains, following, met, taken, known_rows = memory.other, memory.places, memory.rows_met, memory.taken, memory.size
     if taken[row] == _0:
-        met[count[0]] = row
-        count[0] += 1
+        met[known_rows[0]] = row
+        known_rows[0] += 1
     taken[row] |= _1 << action
     # Rows are multiples of four.
     gains[row + action], following[row + action] = gain, next_row | index(terminal)
-    for _ in range(learner.count):
+    for _ in range(learner.number):
         draw(memory.random, 1)
         word = memory.random[WORD]
-        begun = met[((word >> _32) * index(count[0])) >> _32]
+        begun = met[((word >> _32) * index(known_rows[0])) >> _32]
         known = _0
         for each in range(n_actions):
             known += (taken[begun] >> index(each)) & _1

@@ -22,7 +22,7 @@ def learn_several_steps(
     q, passed, gains = memory.q, memory.places, memory.gains
     ring = len(passed)
     passed[time % ring], gains[time % ring] = row + action, gain
-    first = time - learner.count + 1
+    first = time - learner.number + 1
     last = time if ended else first
     error = 0.0
     for began in range(max(first, 0), last + 1):

@@ -16,11 +16,11 @@ def learn_with_traces(learner, memory, rules, alpha, power, entry, gain, value):
     q, traces, traced = memory.q, memory.other, memory.places
     count_update(memory.updates, power, entry)
     if traces[entry] == 0.0:
-        traced[memory.count[0]] = entry
-        memory.count[0] += 1
+        traced[memory.size[0]] = entry
+        memory.size[0] += 1
     traces[entry] = traces[entry] + 1.0 if learner.kind == ACCUMULATING else 1.0
     error = gain + rules.gamma * value - q[entry]
-    for place in range(memory.count[0]):
+    for place in range(memory.size[0]):
         at = traced[place]
         q[at] += step_size(alpha, memory.updates, power, at) * error * traces[at]
     return error
@@ -31,7 +31,7 @@ def decay_traces(memory, factor):
     """Let all traces fall by a factor; 0 ends them."""
     traces, traced = memory.other, memory.places
     kept = 0
-    for place in range(memory.count[0]):
+    for place in range(memory.size[0]):
         at = traced[place]
         trace = factor * traces[at]
         traces[at] = 0.0
@@ -39,4 +39,4 @@ def decay_traces(memory, factor):
             traces[at] = trace
             traced[kept] = at
             kept += 1
-    memory.count[0] = kept
+    memory.size[0] = kept
