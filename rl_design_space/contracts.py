@@ -12,7 +12,6 @@ Shapes, types and ranges are those that learning itself insists on, see `learnin
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
@@ -55,6 +54,7 @@ from rl_design_space.design import (
     cell_count,
     possible_cells,
 )
+from rl_design_space.design.demands import check_layouts, check_value, expect, layouts, repeatable
 from rl_design_space.design.identity import function_name
 from rl_design_space.design.ways import missing_way
 from rl_design_space.errors import ConfigError
@@ -89,81 +89,81 @@ _MOST_GOALS = 64
 
 def check_world(world: World) -> None:
     """Check shape, transitions or outcomes, open cells, offsets and reach of a world, and that no cell is cut off."""
-    _check_value(world, World)
+    check_value(world, World)
     for name, pair in (("shape", world.shape), ("reach", world.reach)):
         whole = isinstance(pair, tuple) and [type(side) for side in pair] == [int, int]
-        _expect(whole and min(pair) >= (name == "shape"), f"{name} must be two whole numbers, along x and y: {pair}")
+        expect(whole and min(pair) >= (name == "shape"), f"{name} must be two whole numbers, along x and y: {pair}")
     point = DesignPoint(world=world, task=Task(goals=1))
-    table = _repeatable("next_cell()", partial(checked.transitions, point))
-    cells = _repeatable("open_cells()", partial(checked.places, point))
+    table = repeatable("next_cell()", partial(checked.transitions, point))
+    cells = repeatable("open_cells()", partial(checked.places, point))
     method = "next_cell()"
     if isinstance(world, StochasticWorld):
         method = "outcomes()"
-        _repeatable(method, lambda: np.concatenate(checked.outcomes(point) or world.outcomes(), axis=-1))
+        repeatable(method, lambda: np.concatenate(checked.outcomes(point) or world.outcomes(), axis=-1))
         table = possible_cells(checked.outcomes(point) or world.outcomes())
     missing = missing_way(table, cells)
-    _expect(missing is None, f"{method} must lead from every open cell to every other, but it does not: {missing}")
+    expect(missing is None, f"{method} must lead from every open cell to every other, but it does not: {missing}")
     if isinstance(world, StochasticWorld):
         from rl_design_space.learning.optimum import expected_steps  # late: it imports Numba
 
-        _expect(
+        expect(
             bool(np.isfinite(expected_steps(world.outcomes(), cells)[:, cells]).all()),
             "outcomes() must let a policy reach every open cell from every other with certainty, not only by luck",
         )
 
     for axis, name in enumerate("xy"):
-        _check_layouts(f"offset() along {name}", partial(_offset, world, axis), cell_count(world))
+        check_layouts(f"offset() along {name}", partial(_offset, world, axis), cell_count(world))
     goals = np.unique(np.linspace(0, cell_count(world) - 1, _MOST_GOALS).astype(np.int32))
     x, y = world.offset(goals)
     at_goal = goals[:, np.newaxis] == np.arange(cell_count(world))
-    _expect(np.array_equal((x == 0) & (y == 0), at_goal), "offset() must be (0, 0) at the goal and nowhere else")
+    expect(np.array_equal((x == 0) & (y == 0), at_goal), "offset() must be (0, 0) at the goal and nowhere else")
     farthest = int(np.abs(x).max()), int(np.abs(y).max())
     within = farthest[0] <= world.reach[0] and farthest[1] <= world.reach[1]
-    _expect(within, f"offset() must lie within reach {world.reach}, but goes as far as {farthest}")
+    expect(within, f"offset() must lie within reach {world.reach}, but goes as far as {farthest}")
 
 
 def check_representation(representation: Representation, worlds: Sequence[World] = _WORLDS) -> None:
     """Check the codes of a representation, for layouts of one to three goals in each of these worlds that it fits."""
-    _check_value(representation, Representation)
+    check_value(representation, Representation)
     fitting = [
         point
         for world in worlds
         for n_goals in range(1, 1 + min(3, cell_count(world) - 1))
         if (point := _fitting(MultiStepActions(), representation, world, n_goals))
     ]
-    _expect(bool(fitting), f"{type(representation).__name__} must fit one of the worlds {', '.join(map(str, worlds))}")
+    expect(bool(fitting), f"{type(representation).__name__} must fit one of the worlds {', '.join(map(str, worlds))}")
     for point in fitting:
         world, n_goals = point.world, point.task.goals
         table = partial(checked.observation_codes, point)
-        codes = _check_layouts("observation()", table, cell_count(world), n_goals)
+        codes = check_layouts("observation()", table, cell_count(world), n_goals)
         if isinstance(representation, SizedRepresentation):
             size = representation.spanned_size(world, n_goals)
-            _expect(int(codes.max()) < size, f"observation() codes must be less than spanned_size() = {size}")
+            expect(int(codes.max()) < size, f"observation() codes must be less than spanned_size() = {size}")
             published = representation.published_size(world, n_goals)
-            _expect(type(published) is int and published > 0, "published_size() must be a positive whole number")
+            expect(type(published) is int and published > 0, "published_size() must be a positive whole number")
         if isinstance(representation, AttributedRepresentation):
-            every = Without(of=representation).observation(world, _layouts(cell_count(world), n_goals))
+            every = Without(of=representation).observation(world, layouts(cell_count(world), n_goals))
             both = np.stack([codes.ravel(), every.ravel()])
             same = len({np.unique(each, axis=1).shape[1] for each in (both[:1], both[1:], both)}) == 1
-            _expect(same, "attributes() together must tell apart what observation() does")
+            expect(same, "attributes() together must tell apart what observation() does")
 
 
 def check_exploration(exploration: Exploration) -> None:
     """Check length, type and range of a schedule, for several numbers of trials."""
-    _check_value(exploration, Exploration)
+    check_value(exploration, Exploration)
     for trials in _TRIALS:
         point = DesignPoint(exploration=exploration, task=Task(trials=trials))
-        _repeatable(f"schedule({trials})", partial(checked.epsilons, point))
+        repeatable(f"schedule({trials})", partial(checked.epsilons, point))
     if isinstance(exploration, ClosedLoop):
         for counters in _COUNTERS:
             epsilon = exploration.rule(counters, exploration.parameters)
-            _expect(0 <= epsilon <= 1, f"rule() must give ε from 0 to 1, but gives {epsilon} after {counters}")
+            expect(0 <= epsilon <= 1, f"rule() must give ε from 0 to 1, but gives {epsilon} after {counters}")
         _learned(DesignPoint(exploration=exploration, world=Torus(size=4), task=_SHORT))
 
 
 def check_learner(learner: TabularLearner) -> None:
     """Check that a learner is compiled, learns the same at every call, and keeps all values finite."""
-    _check_value(learner, TabularLearner)
+    check_value(learner, TabularLearner)
     _learned(DesignPoint(learner=learner, world=Torus(size=4), task=_SHORT))
 
 
@@ -175,24 +175,24 @@ def _learned(point: DesignPoint) -> None:
         one, again = (simulate(point, threads=1, keep=["q"]) for _ in range(2))
     except ConfigError as error:
         raise AssertionError(str(error)) from error
-    _expect(np.array_equal(one.steps, again.steps), "it must learn the same at every call")
+    expect(np.array_equal(one.steps, again.steps), "it must learn the same at every call")
     finite = all(np.isfinite(period.q).all() for period in one.inside.values() if period.q is not None)
-    _expect(finite, "Q-values must stay finite")
+    expect(finite, "Q-values must stay finite")
 
 
 def check_reward(reward: Reward) -> None:
     """Check that a reward function yields three finite rewards; and its potential or rewards by transition, if any."""
-    _check_value(reward, Reward)
+    check_value(reward, Reward)
     point = DesignPoint(reward=reward)
-    _repeatable("table()", partial(checked.rewards, point))
+    repeatable("table()", partial(checked.rewards, point))
     for world, n_goals in product((*_WORLDS, Slip(size=3)), (1, 2, 3)):
         point = DesignPoint(reward=reward, world=world, task=Task(goals=n_goals))
         k = world.outcomes().cells.shape[-1] if isinstance(world, StochasticWorld) else 1
         if isinstance(reward, PotentialReward):
-            _check_layouts("potential()", partial(_table, checked.potential, point), cell_count(world), n_goals)
+            check_layouts("potential()", partial(_table, checked.potential, point), cell_count(world), n_goals)
         if isinstance(reward, TransitionReward):
             found = partial(_table, partial(checked.by_transition, n_outcomes=k), point)
-            _check_layouts("by_transition()", found, cell_count(world), n_goals)
+            check_layouts("by_transition()", found, cell_count(world), n_goals)
 
 
 def _table(table: Callable[[DesignPoint, IntArray], FloatArray | None], point: DesignPoint, goals: IntArray) -> Any:
@@ -206,7 +206,7 @@ def check_msa(msa: ActionSet, representations: Sequence[Representation] = _SIGHT
         msa: the actions. A set of multi-step actions has the primitive actions first, then every other length once.
         representations: with which to check what they do; those that do not show what the actions need are left out.
     """
-    _check_value(msa, ActionSet)
+    check_value(msa, ActionSet)
     fitting = [
         point
         for representation in representations
@@ -214,15 +214,15 @@ def check_msa(msa: ActionSet, representations: Sequence[Representation] = _SIGHT
         for n_goals in (1, 2, 3)
         if (point := _fitting(msa, representation, world, n_goals))
     ]
-    _expect(bool(fitting), f"{type(msa).__name__} must fit a representation: no one shows what its actions need")
-    _repeatable("limits()", partial(checked.limits, fitting[0]))
+    expect(bool(fitting), f"{type(msa).__name__} must fit a representation: no one shows what its actions need")
+    repeatable("limits()", partial(checked.limits, fitting[0]))
     for point in fitting:
         cells, n_goals = cell_count(point.world), point.task.goals
-        done = _check_layouts("behaviour()", partial(_done, point), cells, n_goals)
-        codes = checked.observation_codes(point, _layouts(cells, n_goals))
+        done = check_layouts("behaviour()", partial(_done, point), cells, n_goals)
+        codes = checked.observation_codes(point, layouts(cells, n_goals))
         _, first, number = np.unique(codes, return_index=True, return_inverse=True)
         by_state = done.reshape(codes.size, -1)
-        _expect(
+        expect(
             np.array_equal(by_state, by_state[first][number.ravel()]),
             f"behaviour() must be the same at equal observations, but with {point.representation} it is not: actions "
             "may depend only on what the observation shows",
@@ -246,29 +246,29 @@ def _done(point: DesignPoint, goals: IntArray) -> NDArray[np.int64]:
 
 def check_curriculum(curriculum: Curriculum) -> None:
     """Check that a curriculum lists stages, the same at every call, through which a point can go."""
-    _check_value(curriculum, Curriculum)
+    check_value(curriculum, Curriculum)
     stages = curriculum.stage_list()
-    _expect(
+    expect(
         isinstance(stages, tuple) and all(isinstance(stage, Stage) for stage in stages),
         f"stage_list() must be a tuple of stages: {stages}",
     )
-    _expect(curriculum.stage_list() == stages, "stage_list() must return the same stages at every call")
+    expect(curriculum.stage_list() == stages, "stage_list() must return the same stages at every call")
     problems = []
     for representation in (AdHoc(), Aggregated()):
         try:
             DesignPoint(curriculum=curriculum, representation=representation, task=Task(goals=2))
         except ValueError as error:
             problems.append(str(error))
-    _expect(len(problems) < 2, problems[0] if problems else "")
+    expect(len(problems) < 2, problems[0] if problems else "")
 
 
 def check_carry(rule: CarryRule, worlds: Sequence[World] = _WORLDS) -> None:
     """Check the ancestors that a carry rule gives, from each of these worlds to each."""
     for before, after in product(worlds, repeat=2):
         scenes = [_scene(before, [[0, 1], [2, 3]]), _scene(after, [[3, 1], [0, 2]])]
-        found = _repeatable(f"{function_name(rule)}()", partial(checked.ancestors, rule, *scenes))
+        found = repeatable(f"{function_name(rule)}()", partial(checked.ancestors, rule, *scenes))
         one_by_one = [checked.ancestors(rule, *(each.period(number) for each in scenes))[0] for number in range(2)]
-        _expect(np.array_equal(found, one_by_one), "ancestors of many periods must equal those of one at a time")
+        expect(np.array_equal(found, one_by_one), "ancestors of many periods must equal those of one at a time")
 
 
 def check_study(name: str, config_dir: str | Path | None = None) -> None:
@@ -297,65 +297,9 @@ def _scene(world: World, goals: list[list[int]]) -> StageScene:
     return StageScene(world, cells, checked.portable_codes(DesignPoint(world=world, task=Task(goals=2)), cells))
 
 
-def _expect(kept: bool, otherwise: str) -> None:
-    """Raise an AssertionError unless a contract is kept; unlike `assert`, also under `python -O`."""
-    if not kept:
-        raise AssertionError(otherwise)
-
-
-def _check_value(component: object, protocol: type) -> None:
-    """Check that a component is an instance, fulfils its protocol and is a value: frozen, hashable, equal to a copy."""
-    name = type(component).__name__
-    _expect(not isinstance(component, type), f"{component} must be built: give an instance, not its class")
-    _expect(isinstance(component, protocol), f"{name} must have every member of {protocol.__name__}")
-    frozen = getattr(getattr(component, "__dataclass_params__", None), "frozen", False)
-    _expect(frozen, f"{name} must be a frozen dataclass")
-    try:
-        hash(component)
-    except TypeError as error:
-        raise AssertionError(f"{name} must be hashable: {error}") from error
-    twin = copy.deepcopy(component)
-    _expect(twin == component and hash(twin) == hash(component), f"{name} must equal a copy of itself, with its hash")
-
-
-def _repeatable(name: str, table: Callable[[], Any]) -> Any:
-    """Return a table that learning accepts, and that is equal at every call."""
-    try:
-        found, again = table(), table()
-    except ConfigError as error:
-        raise AssertionError(str(error)) from error
-    _expect(np.array_equal(found, again), f"{name} must return the same values at every call")
-    return found
-
-
-def _check_layouts(name: str, table: Callable[[IntArray], NDArray[Any]], cells: int, n_goals: int = 1) -> NDArray[Any]:
-    """Return a table of many layouts that equals those of one at a time, at every call, and leaves the goals alone."""
-    goals = _layouts(cells, n_goals)
-    given = goals.copy()
-    try:
-        many = table(given).copy()
-    except ConfigError as error:
-        raise AssertionError(str(error)) from error
-    except AssertionError:
-        raise
-    except Exception as error:
-        raise AssertionError(f"{name} must take many layouts at a time, (..., n_goals): {error}") from error
-    _expect(np.array_equal(given, goals), f"{name} must not change the goals that it is given")
-    for index in np.ndindex(2, 3):
-        one = _repeatable(name, partial(table, goals[index]))
-        _expect(np.array_equal(one, many[index]), f"{name} of many layouts must equal that of one at a time")
-    _expect(np.array_equal(table(goals), many), f"{name} must return the same values at every call")
-    return many
-
-
-def _layouts(cells: int, n_goals: int) -> IntArray:
-    """Return the goals of six layouts, (2, 3, n_goals)."""
-    return np.arange(6 * n_goals, dtype=np.int32).reshape(2, 3, n_goals) % cells
-
-
 def _offset(world: World, axis: int, goals: IntArray) -> IntArray:
     """Return the offsets along one axis, which must be whole numbers, one for each goal and cell."""
     way, shape = world.offset(goals)[axis], (*goals.shape, cell_count(world))
     right = isinstance(way, np.ndarray) and way.shape == shape and np.issubdtype(way.dtype, np.integer)
-    _expect(right, f"offset() must be two arrays of whole numbers of shape {shape}, along x and y")
+    expect(right, f"offset() must be two arrays of whole numbers of shape {shape}, along x and y")
     return way
