@@ -157,7 +157,7 @@ def _parts(turns: int) -> dict[str, Callable[[int], float]]:
         # Ends as soon as two periods have, so that the others stand in their last trials.
         kernel.learn(
             tables.next_cell, tables.limits, tables.threshold, tables.rules, codes, 0, layout, generator, lanes,
-            False, steps, success, rows, None, None, None, None,
+            False, steps, success, rows, None, None, None, None, None,
         )  # fmt: skip
         running = int(lanes.running[0])
         arguments = (lanes, next_of, lanes.entries.ravel(), tables.limits, tables.rules, running, LANES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, is_dataclass
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -21,8 +22,12 @@ Level = Literal["epsilon", "temperature", "bonus"]
 
 
 def level_of(exploration: Any) -> Level:
-    """Return what the schedule of an exploration gives; ε unless its class says otherwise by `level`."""
-    level: Level = getattr(exploration, "level", "epsilon")
+    """Return what the schedule of an exploration gives; ε unless its class says otherwise by a class attribute `level`.
+
+    A field of this name is the component's own.
+    """
+    is_field = is_dataclass(exploration) and any(field.name == "level" for field in fields(exploration))
+    level: Level = "epsilon" if is_field else getattr(exploration, "level", "epsilon")
     return level
 
 

@@ -47,8 +47,8 @@ class Point:
         return cls({name: comparable(value) for name, value in planned.parameters.items()}, run, planned, asks)
 
     def with_parameters(self, parameters: Mapping[str, Any]) -> Point:
-        """Return the point with other parameters."""
-        return replace(self, parameters=parameters)
+        """Return the point with other parameters; itself if these are its own."""
+        return self if parameters is self.parameters else replace(self, parameters=parameters)
 
     @property
     def planned(self) -> PlannedPoint:

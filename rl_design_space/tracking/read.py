@@ -90,11 +90,11 @@ class FoundRuns:
     Args:
         reader: of the tracking store.
         fingerprints: of the points.
-        on_read: called when the arrays of a run have been read.
+        on_read: called when this process has read the arrays of a run.
     """
 
     def __init__(
-        self, reader: Reader, fingerprints: Collection[str], on_read: Callable[[], None] = lambda: None
+        self, reader: Reader, fingerprints: Collection[str], on_read: Callable[[], None] | None = None
     ) -> None:
         self._reader, self._on_read = reader, on_read
         self._points = frozenset(fingerprints)
@@ -107,8 +107,13 @@ class FoundRuns:
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
         arrays = self._reader.periods(run)
-        self._on_read()
+        if self._on_read:
+            self._on_read()
         return arrays
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What another process reads is not counted here.
+        return {**vars(self), "_on_read": None}
 
     def config(self, run: StoredRun) -> dict[str, Any]:
         return self._reader.config(run)

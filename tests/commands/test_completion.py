@@ -14,7 +14,7 @@ from rl_design_space.commands.completion import answer, suggestions
     [
         ("rl-design-space sho", {"show"}),
         ("/usr/bin/rl-design-space st", {"store", "study="}),
-        ("rl-design-space world=", {"world=torus", "world=walled"}),
+        ("rl-design-space world=", {"world=slip", "world=torus", "world=walled", "world=wind"}),
         (
             "rl-design-space study=table",
             {"study=table1", "study=table2", "study=table3", "study=table4", "study=table4_tails"},
@@ -22,7 +22,7 @@ from rl_design_space.commands.completion import answer, suggestions
         ("rl-design-space hydra/launcher=design_", {"hydra/launcher=design_dask", "hydra/launcher=design_ray"}),
         ("rl-design-space exploration=linear exploration.s", {"exploration.start="}),
         ("rl-design-space show exploration=l", {"exploration=linear"}),
-        ("rl-design-space show world", {"world", "world=torus", "world=walled"}),
+        ("rl-design-space show world", {"world", "world=slip", "world=torus", "world=walled", "world=wind"}),
         ("rl-design-space show on", {"on_error"}),
         ("rl-design-space list w", {"world"}),
         ("rl-design-space list world ", {"--json"}),

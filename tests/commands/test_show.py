@@ -162,7 +162,7 @@ def test_a_parameter_is_found_in_every_option_that_has_it(told: Told):
 
 
 def test_a_choice_is_listed(told: Told):
-    assert list(told("show", "reward")["options"]) == ["each_success", "end_reward", "many_rewards"]
+    assert list(told("show", "reward")["options"]) == ["each_success", "end_reward", "many_rewards", "shaped"]
 
 
 def test_the_paths_of_the_schemas_are_shown(told: Told):

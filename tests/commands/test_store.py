@@ -155,7 +155,7 @@ def test_a_rerun_gives_identical_results(say, outputs: Path):
     run = record(tracker_at(outputs / "mlflow.db"), *learned("representation=direction", "msa=lengths_2_3"))
     status, said = say("rerun", run.run_id[:8])
     assert status == 0
-    assert said.startswith("identical: task.periods=3")
+    assert said.startswith("identical: size=4 direction lengths_2_3 trials=4 periods=3 ")
     assert "12 trials, bit for bit" in said.replace("\n", " ")
 
 

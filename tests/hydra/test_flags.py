@@ -61,7 +61,7 @@ def test_help_lists_commands_and_options(words: tuple[str, ...], command: Comman
     assert "rl-design-space study=table4 run it; the same command resumes an interrupted run" in lines
     for word, said in command_words.summaries().items():
         assert f"{word} {said}" in lines
-    assert "world torus, walled" in lines
+    assert "world torus, slip, walled, wind" in lines
     assert "representation ad_hoc, aggregated, direct, direction, distance, without" in lines
     assert "msa none, controllers, length_2, length_3, length_5, lengths_2_3, lengths_2_3_5, lengths_3_5," in lines
 
@@ -74,7 +74,7 @@ def test_help_lists_user_options(command: Command, tmp_path: Path):
     (tmp_path / "mine" / "world").mkdir(parents=True)
     (tmp_path / "mine" / "world" / "moebius.yaml").write_text("_target_: mine.Moebius\n", encoding="utf-8")
     lines = command("--help", "--config-dir", str(tmp_path / "mine")).stdout.splitlines()
-    assert ["world", "torus,", "moebius,", "walled"] in [line.split() for line in lines]
+    assert ["world", "torus,", "moebius,", "slip,", "walled,", "wind"] in [line.split() for line in lines]
 
 
 def test_a_subcommand_has_its_own_help(command: Command):

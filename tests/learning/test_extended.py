@@ -61,8 +61,8 @@ def test_periods_that_were_learned_are_not_learned_again(monkeypatch: pytest.Mon
     begun, learned = simulate(with_periods(SMALL, 20)), []
     learn = Learning._learn
     monkeypatch.setattr(
-        Learning, "_learn", lambda self, codes, table, first, *rest, **options: (
-            learned.extend(range(first, first + len(codes))), learn(self, codes, table, first, *rest, **options)
+        Learning, "_learn", lambda self, codes, table, paid, first, *rest, **options: (
+            learned.extend(range(first, first + len(codes))), learn(self, codes, table, paid, first, *rest, **options)
         )
     )  # fmt: skip
     simulate(SMALL, threads=1, begun=begun)

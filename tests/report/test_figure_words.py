@@ -284,8 +284,8 @@ def test_runs_of_earlier_code_are_left_out_everywhere_with_a_note(
     copy_database(outputs / "mlflow.db", tmp_path / "mlflow.db")
     with closing(sqlite3.connect(tmp_path / "mlflow.db")) as database:
         query = "insert into params (key, value, run_uuid) select 'representation.source', ?, run_uuid from runs where "
-        database.execute(f"{query} name like '%direction%k=0.02'", ["version 1"])
-        database.execute(f"{query} name like '%direction%k=0.1'", ["version 2"])
+        database.execute(f"{query} name like '%direction%k=0.02%'", ["version 1"])
+        database.execute(f"{query} name like '%direction%k=0.1 %'", ["version 2"])
         database.commit()
     note = "left out: 1 of 5 runs, recorded with earlier code of representation=direction"
     store = {"outputs": str(tmp_path)}

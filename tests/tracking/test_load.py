@@ -48,7 +48,7 @@ def test_a_row_has_the_choices_and_scalars_of_a_point(runs):
     assert len(runs) == 3
     for name, ((planned, curves), studies) in POINTS.items():
         here = row(runs, name)
-        assert here["name"] == planned.name
+        assert here["name"] == planned.run_name(planned.parameters)
         assert here["studies"] == " ".join(studies)
         for parameter, value in planned.parameters.items():
             assert here[parameter] in (value, str(value))
@@ -66,7 +66,10 @@ def test_numbers_are_numbers_and_choices_that_a_point_lacks_are_missing(runs):
 
 def test_runs_of_a_study(folder: Path):
     of = {study: set(rds.load_runs(study, outputs=str(folder))["name"]) for study in "ab"}
-    assert of == {study: {planned.name for (planned, _), has in POINTS.values() if study in has} for study in "ab"}
+    assert of == {
+        study: {planned.run_name(planned.parameters) for (planned, _), has in POINTS.values() if study in has}
+        for study in "ab"
+    }
     with pytest.raises(ConfigError, match=r"table4: no such study among these runs.*there is a, b"):
         rds.load_runs("table4", outputs=str(folder))
 
