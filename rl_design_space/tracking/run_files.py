@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rl_design_space.config.yaml_limits import check_limits, read_text
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves, read_saved
+from rl_design_space.learning.stage_record import of_file
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
 from rl_design_space.tracking.found_run import FoundRun
 from rl_design_space.tracking.selection import SOURCE
@@ -75,7 +76,8 @@ def check_periods(run: FoundRun, arrays: Mapping[str, NDArray[Any]]) -> None:
         DamagedFileError: they are not.
     """
     if "steps" in arrays:
-        shape = tuple(int(run.params.get(f"task.{name}", -1)) for name in ("periods", "trials"))
+        periods, trials = (int(run.params.get(f"task.{name}", -1)) for name in ("periods", "trials"))
+        shape = (periods, sum(stage.trials for stage in of_file(arrays)) or trials)
         if arrays["steps"].shape != shape:
             found = " × ".join(map(str, arrays["steps"].shape))
             raise DamagedFileError(run.run_id, PERIODS_FILE, f"it holds {found} trials, not {shape[0]} × {shape[1]}")

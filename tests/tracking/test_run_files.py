@@ -59,6 +59,25 @@ def test_files_as_they_are_recorded_are_not_damaged(folder: Path):
     check_config(RUN, read_config("abc", path))
 
 
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ("curriculum=new_goals", "curriculum.layouts=2"),
+        ("curriculum=refine", "representation=aggregated", "curriculum.trials=2"),
+    ],
+    ids=["new_goals", "refine"],
+)
+def test_the_trials_of_all_stages_are_expected(overrides: tuple[str, ...], folder: Path):
+    planned, curves = learned(*overrides)
+    run = FoundRun("abc", "", 0, 0, "", params(planned.parameters), curves.scalars())
+    path = folder / "periods.npz"
+    path.write_bytes(periods_file(curves))
+    arrays = read_periods("abc", path)
+    check_periods(run, arrays)
+    with pytest.raises(DamagedFileError, match="trials, not 3 × "):
+        check_periods(run, {**arrays, "stages:trials": arrays["stages:trials"] + 1})
+
+
 def test_a_file_that_is_cut_short_anywhere_is_damaged(folder: Path):
     whole = periods_file(CURVES)
     path = folder / "periods.npz"
