@@ -33,7 +33,12 @@ def is_listed(field: Field[Any], value: Any) -> bool:
 
 def is_shipped(kind: type | FunctionType) -> bool:
     """Return whether a class or function is part of this package."""
-    return kind.__module__.startswith("rl_design_space.")
+    return is_shipped_name(kind.__module__)
+
+
+def is_shipped_name(name: str) -> bool:
+    """Return whether a module, or what a dotted name stands for, is part of this package."""
+    return name.startswith("rl_design_space.")
 
 
 def full_name(kind: type | FunctionType) -> str:

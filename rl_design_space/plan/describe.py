@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from types import FunctionType
 from typing import Any
 
 from rl_design_space._yaml import as_yaml
 from rl_design_space.design import DesignPoint, Stage, Stages, stages_of
-from rl_design_space.design.identity import full_name, function_name, is_listed
+from rl_design_space.design.identity import full_name, function_name, is_listed, is_shipped_name
 
-_NOTHING = object()
+_TARGET = "_target_"
 #: Yields names and values of the fields of an option.
 _Fields = Callable[[Any], Iterator[tuple[str, Any]]]
 
@@ -29,6 +29,25 @@ def flat(key: str, value: Any) -> dict[str, Any]:
 def resolved_config(point: DesignPoint) -> dict[str, Any]:
     """Return the point as a nested config, with every `_target_` and every value."""
     return {name: _config(value) for name, value in _listed(without_idle(point))}
+
+
+def config_parameters(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Return every value of a resolved config by its dotted name, an inner component by the name of its class.
+
+    Nothing that the config names is imported, so that it may name classes that are not on this machine.
+    """
+    return {key: value for choice, node in config.items() for key, value in _flat_node(str(choice), node)}
+
+
+def config_text(node: Any) -> Any:
+    """Return a value of a resolved config as `parameters` has it."""
+    if _is_component(node):
+        values = (f"{name}={config_text(inner)}" for name, inner in node.items() if name != _TARGET)
+        return f"{str(node[_TARGET]).rpartition('.')[2]}({', '.join(values)})"
+    if isinstance(node, list):
+        stages = any(isinstance(inner, Mapping) and not _is_component(inner) for inner in node)
+        return as_yaml([_stage_text(inner) for inner in node]) if stages else [config_text(inner) for inner in node]
+    return node
 
 
 def present_fields(point: DesignPoint) -> list[str]:
@@ -68,10 +87,33 @@ def _config(value: Any) -> Any:
         return {key: _config(inner) for key, inner in value.as_node().items()}
     if is_dataclass(value):
         target = f"{type(value).__module__}.{type(value).__qualname__}"
-        return {"_target_": target} | {name: _config(inner) for name, inner in _listed(value)}
+        return {_TARGET: target} | {name: _config(inner) for name, inner in _listed(value)}
     if isinstance(value, tuple):
         return [_config(inner) for inner in value]
     return function_name(value) if isinstance(value, FunctionType) else value
+
+
+def _flat_node(key: str, node: Any) -> Iterator[tuple[str, Any]]:
+    is_choice = "." not in key
+    if not (_is_component(node) or (is_choice and isinstance(node, Mapping))):
+        yield key, node
+        return
+    if not is_choice:
+        target = str(node[_TARGET])
+        yield key, target.rpartition(".")[2] if is_shipped_name(target) else target
+    for name, inner in node.items():
+        if name != _TARGET:
+            yield from _flat_node(f"{key}.{name}", inner)
+
+
+def _is_component(node: Any) -> bool:
+    return isinstance(node, Mapping) and _TARGET in node
+
+
+def _stage_text(node: Any) -> Any:
+    if not isinstance(node, Mapping) or _is_component(node):
+        return config_text(node)
+    return {key: config_text(inner) for key, inner in node.items()}
 
 
 def _all(option: Any) -> Iterator[tuple[str, Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from rl_design_space.config.yaml_limits import check_limits, read_text
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves, read_saved
 from rl_design_space.learning.stage_record import of_file
+from rl_design_space.plan.describe import config_parameters, config_text
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
 from rl_design_space.tracking.found_run import FoundRun
 from rl_design_space.tracking.selection import SOURCE
@@ -99,25 +100,16 @@ def check_config(run: FoundRun, config: Mapping[str, Any]) -> None:
     Raises:
         DamagedFileError: it has another one.
     """
-    found = dict(_flat("", config))
+    found = config_parameters(config)
     for name, value in found.items():
-        if name in run.params and run.params[name] != param(value):
-            reason = f"it says {name}={param(value)}, recorded was {run.params[name]}"
+        # Stages are recorded as they are typed, other mappings (in components of a user) as Python has them.
+        if name in run.params and run.params[name] not in (param(value), param(config_text(value))):
+            reason = f"it says {name}={param(config_text(value))}, recorded was {run.params[name]}"
             raise DamagedFileError(run.run_id, CONFIG_FILE, reason)
     # Params hold the names of options, too, and the code of components; a config does not.
     values = [name for name in run.params if "." in name and not name.endswith(SOURCE)]
     if missing := [name for name in values if name not in found]:
         raise DamagedFileError(run.run_id, CONFIG_FILE, f"it lacks {missing[0]}")
-
-
-def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the values of a config by their dotted names, without the classes of components."""
-    if not isinstance(value, Mapping):
-        yield key, value
-        return
-    for name, inner in value.items():
-        if name != "_target_":
-            yield from _flat(f"{key}.{name}" if key else str(name), inner)
 
 
 def _misfit(arrays: Mapping[str, NDArray[Any]]) -> str:

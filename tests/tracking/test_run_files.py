@@ -22,6 +22,7 @@ from rl_design_space.tracking.run_files import (
     read_config,
     read_periods,
 )
+from tests.points import planned_point
 from tests.tracking.stores import learned
 
 PLANNED, CURVES = learned("representation=direction", "msa=lengths_2_3", "learner.alpha=1e-5")
@@ -76,6 +77,59 @@ def test_the_trials_of_all_stages_are_expected(overrides: tuple[str, ...], folde
     check_periods(run, arrays)
     with pytest.raises(DamagedFileError, match="trials, not 3 × "):
         check_periods(run, {**arrays, "stages:trials": arrays["stages:trials"] + 1})
+
+
+STAGES = [
+    {"task.trials": 2, "refine": {"split": "all", "rows": None}},
+    {"task.trials": 4, "exploration": {"_target_": "rl_design_space.design.exploration.Constant", "epsilon": 0.0}},
+]
+NESTED = {
+    "representation": {
+        "_target_": "mine.Both",
+        "of": {"_target_": "rl_design_space.design.Without", "of": {"_target_": "mine.Own", "width": 2}},
+        "also": [{"_target_": "mine.Own", "width": 3}, {"_target_": "mine.Own", "width": 4}],
+        "table": {"a": [1, 2]},
+        "tables": [{"a": 1}],
+    },
+    "curriculum": {"_target_": "rl_design_space.design.Stages", "stages": STAGES},
+}
+#: As they have been recorded of such components.
+NESTED_PARAMS = {
+    "representation": "both",
+    "representation.of": "Without",
+    "representation.of.of": "mine.Own",
+    "representation.of.of.width": "2",
+    "representation.also": "[Own(width=3), Own(width=4)]",
+    "representation.table": "{'a': [1, 2]}",
+    "representation.tables": "[{'a': 1}]",
+    "curriculum.stages": "[{task.trials: 2, refine: {split: all, rows: null}}, "
+    "{task.trials: 4, exploration: Constant(epsilon=0.0)}]",
+}
+
+
+def test_components_and_mappings_in_components_are_compared_by_value():
+    run = FoundRun("abc", "", 0, 0, "", NESTED_PARAMS, {})
+    check_config(run, NESTED)
+    other = {**NESTED, "curriculum": {"stages": [{**STAGES[0], "task.trials": 3}, STAGES[1]]}}
+    with pytest.raises(DamagedFileError, match=r"it says curriculum\.stages=\[\{task\.trials: 3, .*was \[\{task"):
+        check_config(run, other)
+    inner = {**NESTED["representation"], "of": {"_target_": "mine.Without"}}
+    with pytest.raises(DamagedFileError, match=r"it says representation\.of=mine\.Without, recorded was Without"):
+        check_config(run, {**NESTED, "representation": inner})
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ("representation=without", "representation.leave_out=[goal1]"),
+        ("msa=none", "curriculum=coarse_to_fine", "world.size=10"),
+    ],
+    ids=["without", "coarse_to_fine"],
+)
+def test_params_agree_with_the_config_of_their_point(overrides: tuple[str, ...]):
+    planned = planned_point(overrides)
+    config = yaml.safe_load(yaml.safe_dump(resolved_config(planned.point)))
+    check_config(FoundRun("abc", "", 0, 0, "", params(planned.parameters), {}), config)
 
 
 def test_a_file_that_is_cut_short_anywhere_is_damaged(folder: Path):

@@ -17,8 +17,10 @@ from rl_design_space.plan.describe import resolved_config
 from rl_design_space.plan.plan import Plan
 from rl_design_space.plan.planner import plan_point
 from rl_design_space.tracking.content import content_of
+from rl_design_space.tracking.found_run import FoundRun
 from rl_design_space.tracking.load import load_runs
 from rl_design_space.tracking.record import params, point_record, result_of
+from rl_design_space.tracking.run_files import check_config
 from tests.points import planned_point
 from tests.tracking.stores import learned, tracker_at
 from tests.tracking.stores import record as record_point
@@ -61,8 +63,9 @@ def test_a_curriculum_of_the_users_own_is_learned_recorded_and_built_again(folde
         }  # fmt: skip
         assert planned.parameters["curriculum.stages.2.carry.source"].startswith("sha256:")
         assert "carry: staged_rules.same_state" in params(planned.parameters)["curriculum.stages"]
-        config = yaml.safe_load(yaml.safe_dump(resolved_config(planned.point)))
+        config = yaml.safe_load(yaml.safe_dump(resolved_config(planned.point), sort_keys=False))
         assert recorded_point(config, "run abc") == planned.point
+        check_config(FoundRun("abc", "", 0, 0, "", params(planned.parameters), {}), config)
     with pytest.raises(ConfigError, match=r"carry=staged_rules\.same_state: comes from the store"):
         recorded_point(config, "run abc")
 
