@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -25,8 +25,24 @@ class _Point(Protocol):
 
 
 def typed_keys(overrides: Iterable[str]) -> tuple[str, ...]:
-    """Return the parameters of points that overrides name."""
-    return tuple(each.partition("=")[0].lstrip("+~") for each in overrides if not is_setting(each))
+    """Return the parameters of points that overrides name, with those inside of a component that is typed whole."""
+    return tuple(name for each in overrides if not is_setting(each) for name in _typed(each))
+
+
+def _typed(override: str) -> Iterator[str]:
+    key, _, value = override.partition("=")
+    yield (name := key.lstrip("+~"))
+    if value.startswith("{"):
+        from rl_design_space.config.grammar import parse  # which reports do not need
+
+        yield from _inner(name, parse([override])[0].value())
+
+
+def _inner(key: str, value: Any) -> Iterator[str]:
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield f"{key}.{name}"
+            yield from _inner(f"{key}.{name}", inner)
 
 
 class RunNames:

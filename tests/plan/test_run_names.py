@@ -67,6 +67,16 @@ def test_a_single_point_is_named_after_what_was_typed():
     assert default.run_name(default.parameters) == "defaults"
 
 
+def test_what_was_typed_inside_of_a_component_is_named(planner: Planner):
+    texts = ["direction", "{_target_: rl_design_space.design.Direction, goals: all}"]
+    without = ["representation=without", "representation.leave_out=[goal1]"]
+    points = [planner([*without, f"representation.of={text}"]) for text in texts]
+    assert [planned.run_name(planned.parameters) for planned in points] == [
+        "without of=Direction leave_out=['goal1']",
+        "without of=Direction goals=all leave_out=['goal1']",
+    ]
+
+
 def test_equal_words_are_told_apart():
     first, second = names_of({"world": "end", "reward": "end"}, {"world": "torus", "reward": "end_reward"})
     assert (first, second) == ("world=end reward=end", "torus end_reward")
