@@ -23,7 +23,7 @@ from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import optimal_steps
 from rl_design_space.learning.precision import next_stage
-from rl_design_space.learning.replay import Part, check_periods, checked_parts, replays
+from rl_design_space.learning.replay import Part, check_one_stage, check_periods, checked_parts, replays
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.learning.sequential.own import refuse_broken
 from rl_design_space.learning.stages import StagedLearning
@@ -59,6 +59,7 @@ def simulate(
             need more memory than there is; or there is no such part or period to keep.
     """
     if parts := checked_parts(keep):
+        check_one_stage(point)
         check_periods(point, periods or ())
     elif periods is not None:
         raise ConfigError.at("periods", list(periods), 'says what is kept of which periods, so it needs keep=["q"]')
