@@ -103,5 +103,5 @@ def test_the_contract_test_of_the_page_passes(folder: Path):
 def test_the_checks_and_kinds_that_the_page_names_exist():
     from rl_design_space.commands.words.new import KINDS as MADE
 
-    assert set(re.findall(r"`(check_\w+)`", PAGE)) == {name for name in vars(contracts) if name.startswith("check_")}
+    assert set(re.findall(r"`(check_\w+)`", PAGE)) == set(contracts.__all__)
     assert set(MADE) == {kind for kind, _, _ in [*KINDS, *OF_ONE_STEP]} | {"actions", "curriculum", "study"}

@@ -37,6 +37,7 @@ def shown_as_messages() -> Iterator[None]:
     Characters that the terminal does not know are replaced. If nobody reads the output any more, the command ends
     without a message.
     """
+    before = os.environ.get(_FULL_ERROR)
     # With this variable set, Hydra raises errors instead of printing them and exiting with status 1.
     os.environ[_FULL_ERROR] = "1"
     _warn_without_raising()
@@ -57,6 +58,11 @@ def shown_as_messages() -> Iterator[None]:
         if _TRACEBACKS or (status := _show(error)) is None:
             raise
         sys.exit(status)
+    finally:
+        if before is None:
+            os.environ.pop(_FULL_ERROR, None)
+        else:
+            os.environ[_FULL_ERROR] = before
 
 
 def _warn_without_raising() -> None:

@@ -95,8 +95,7 @@ class Replayer:
     """
 
     def __init__(self, point: DesignPoint) -> None:
-        if stages_of(point):
-            raise ConfigError("curriculum: only periods of one stage can be learned again to look inside")
+        check_one_stage(point)
         self.point = point
         self._tables = learning_tables(point)
         self._layouts = layouts_of(point)
@@ -192,6 +191,16 @@ def _paths(trail: Path, steps: NDArray[np.int32]) -> Iterator[Path]:
             trail.explored[first:end],
         )
         first = end + 1
+
+
+def check_one_stage(point: DesignPoint) -> None:
+    """Refuse a point whose periods have several stages.
+
+    Raises:
+        ConfigError: they have.
+    """
+    if stages_of(point):
+        raise ConfigError("curriculum: only periods of one stage can be learned again to look inside")
 
 
 def check_periods(point: DesignPoint, periods: Iterable[int]) -> None:

@@ -23,8 +23,9 @@ from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import optimal_steps
 from rl_design_space.learning.precision import next_stage
-from rl_design_space.learning.replay import Part, check_periods, checked_parts, replays
+from rl_design_space.learning.replay import Part, check_one_stage, check_periods, checked_parts, replays
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.learning.sequential.own import refuse_broken
 from rl_design_space.learning.stages import StagedLearning
 from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
@@ -58,6 +59,7 @@ def simulate(
             need more memory than there is; or there is no such part or period to keep.
     """
     if parts := checked_parts(keep):
+        check_one_stage(point)
         check_periods(point, periods or ())
     elif periods is not None:
         raise ConfigError.at("periods", list(periods), 'says what is kept of which periods, so it needs keep=["q"]')
@@ -143,6 +145,7 @@ class Learning(JointLearning):
             Exception: the error that stopped the learning.
         """
         seconds = self.seconds()
+        refuse_broken(self._point, self._rows)
         return LearningCurves(
             self._steps, self._success, self._optimum, self._rows, self._tables.epsilon, seconds, self._point,
             ended_at=self.ended_at,

@@ -32,6 +32,7 @@ from rl_design_space.learning.memory import check_memory
 from rl_design_space.learning.optimum import optimal_steps
 from rl_design_space.learning.refining import refine_into
 from rl_design_space.learning.result import LearningCurves
+from rl_design_space.learning.sequential.own import refuse_broken
 from rl_design_space.learning.stage_layouts import StageScene, stage_layouts
 from rl_design_space.learning.stage_record import StageRecord, bounds
 from rl_design_space.learning.streams import behaviour_states
@@ -89,6 +90,8 @@ class StagedLearning(JointLearning):
             Exception: the error that stopped the learning.
         """
         seconds, last = self.seconds(), self._stages[-1]
+        for stage in self._stages:
+            refuse_broken(stage.point, stage.rows)
         return LearningCurves(
             steps=np.concatenate([stage.steps for stage in self._stages], axis=1),
             success=np.concatenate([stage.success for stage in self._stages], axis=1),

@@ -53,7 +53,7 @@ class RunNames:
     points have the same name. Of many choices, values that most of the points have are left out.
 
     Args:
-        points: that are told apart.
+        points: points whose names should differ.
         typed: parameters that are named although they may be the same in all points.
     """
 

@@ -104,6 +104,16 @@ def test_any_other_error_passes():
         raise ZeroDivisionError
 
 
+@pytest.mark.parametrize("value", [None, "0"])
+def test_the_environment_is_left_as_it_was(monkeypatch: pytest.MonkeyPatch, value: str | None):
+    monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)
+    if value is not None:
+        monkeypatch.setenv("HYDRA_FULL_ERROR", value)
+    with shown_as_messages():
+        assert os.environ["HYDRA_FULL_ERROR"] == "1"
+    assert os.environ.get("HYDRA_FULL_ERROR") == value
+
+
 @pytest.mark.parametrize(
     "command",
     [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -243,7 +243,7 @@ def test_values_of_another_schedule_are_refused():
         Sarsa(alpha_schedule="visits", alpha_fall=0.1)
 
 
-class Broken(OwnLearner):
+class Unfit(OwnLearner):
     """A learner that cannot be compiled."""
 
     @staticmethod
@@ -252,5 +252,51 @@ class Broken(OwnLearner):
 
 
 def test_an_update_that_cannot_be_compiled_is_refused():
-    with pytest.raises(ConfigError, match=r"learner: .*Broken.update\(\): cannot be compiled by Numba: "):
-        simulate(replace(SMALL, learner=Broken()))
+    with pytest.raises(ConfigError, match=r"learner: .*Unfit.update\(\): cannot be compiled by Numba: "):
+        simulate(replace(SMALL, learner=Unfit()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Broken(OwnLearner):
+    """Writes beyond the Q-matrix, or returns no number."""
+
+    beyond: int = 0
+
+    @property
+    def parameters(self):
+        return (float(self.beyond),)
+
+    @staticmethod
+    def update(step, q, memory, parameters):
+        q[step.row + int(parameters[0]), step.action] += 1.0
+        return math.nan
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loud:
+    """A rule that gives no probability."""
+
+    epsilon: float = 5.0
+
+    def schedule(self, trials):
+        return np.ones(trials)
+
+    @property
+    def parameters(self):
+        return (self.epsilon,)
+
+    @staticmethod
+    def rule(counters, parameters):
+        return parameters[0]
+
+
+@pytest.mark.parametrize("beyond", [0, 10**8])
+def test_an_own_update_that_breaks_fails_its_point_alone(beyond: int):
+    with pytest.raises(ConfigError, match=r"Broken\.update\(\): gave an error .*, in period 0"):
+        simulate(replace(SMALL, learner=Broken(beyond=beyond)), threads=1)
+
+
+@pytest.mark.parametrize("epsilon", [5.0, math.nan])
+def test_an_own_rule_that_gives_no_probability_is_refused(epsilon: float):
+    with pytest.raises(ConfigError, match=r"Loud\.rule\(\): should give ε, a number from 0 to 1, in period 0"):
+        simulate(replace(SMALL, exploration=Loud(epsilon=epsilon)), threads=1)

@@ -100,6 +100,7 @@ def test_text_is_as_large_as_asked_for():
     axis.set_title("a title", fontsize=11)
     axis.legend(fontsize=8)
     axis.set_xlabel("x", fontsize=9)
+    axis.tick_params(labelsize=10)
     fit(figure, None, None, 18)
     figure.draw_without_rendering()
     sizes = [

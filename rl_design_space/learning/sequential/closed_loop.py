@@ -10,9 +10,8 @@ from rl_design_space.learning.sequential.own import call_address
 
 @compiled
 def level_after(behaviour, trial, level, successes, succeeded, steps, error):
-    """Return ε of a trial after the one before it, within 0 and 1."""
+    """Return ε of a trial after the one before it; the caller says what is done if it is not within 0 and 1."""
     parameters = behaviour.parameters
     counters = float(trial), float(level), float(successes), float(int(succeeded)), float(steps), float(error)
     numbers = np.int64(parameters.ctypes.data), np.int64(len(parameters))
-    level = call_address(behaviour.rule, counters + numbers)
-    return min(max(level, 0.0), 1.0)
+    return call_address(behaviour.rule, counters + numbers)

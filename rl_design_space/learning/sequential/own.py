@@ -15,11 +15,17 @@ from numba import cfunc, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.numpy_support import carray
+from numpy.typing import NDArray
 
-from rl_design_space.design import Counters, Step
+from rl_design_space.design import Counters, DesignPoint, Step
+from rl_design_space.design.identity import full_name
 from rl_design_space.errors import ConfigError
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+#: What components write themselves may index wrongly, which must not write anywhere else.
+_GUARDED: dict[str, Any] = {**_OPTIONS, "boundscheck": True}
+#: What the kernel notes instead of the number of changed rows, see `refuse_broken`.
+BROKEN_UPDATE, BROKEN_RULE = -1, -2
 _NUMBER, _REAL = types.int64, types.float64
 
 
@@ -55,28 +61,31 @@ _pointer: Any = _to_pointer
 
 @cache
 def compiled_rule(function: Callable[..., Any], name: str) -> Any:
-    """Return the compiled form of a rule of a closed loop; see `design.ClosedLoop`.
+    """Return the compiled form of a rule of a closed loop, which gives NaN if it raises; see `design.ClosedLoop`.
 
     Raises:
         ConfigError: it cannot be compiled.
     """
-    rule = njit(**_OPTIONS)(function)
+    rule = njit(**_GUARDED)(function)
 
     def call(trial, level, successes, succeeded, steps, error, parameters, count):
         numbers = carray(_pointer(parameters), (count,), np.float64)
-        return rule(Counters(trial, level, successes, succeeded, steps, error), numbers)
+        try:
+            return rule(Counters(trial, level, successes, succeeded, steps, error), numbers)
+        except Exception:
+            return np.nan
 
     return _compiled(call, types.float64(*[_REAL] * 6, _NUMBER, _NUMBER), f"exploration: {name}.rule()")
 
 
 @cache
 def compiled_update(function: Callable[..., Any], name: str) -> Any:
-    """Return the compiled form of a learner's update; see `design.OwnLearner`.
+    """Return the compiled form of a learner's update, which gives NaN if it raises; see `design.OwnLearner`.
 
     Raises:
         ConfigError: it cannot be compiled.
     """
-    update = njit(**_OPTIONS)(function)
+    update = njit(**_GUARDED)(function)
 
     def call(
         q, memory, rows, width, n_actions, row, action, next_row, next_action, terminal, reward, alpha, gamma,
@@ -86,7 +95,10 @@ def compiled_update(function: Callable[..., Any], name: str) -> Any:
         kept = carray(_pointer(memory), (rows, width), np.float64)[:, :n_actions]
         numbers = carray(_pointer(parameters), (count,), np.float64)
         step = Step(row, action, reward, next_row, next_action, terminal != 0, alpha, gamma)
-        return update(step, values, kept, numbers)
+        try:
+            return update(step, values, kept, numbers)
+        except Exception:
+            return np.nan
 
     signature = types.float64(*[_NUMBER] * 10, *[_REAL] * 3, _NUMBER, _NUMBER)
     return _compiled(call, signature, f"learner: {name}.update()")
@@ -98,3 +110,26 @@ def _compiled(function: Callable[..., Any], signature: Any, name: str) -> Any:
     except Exception as error:
         told = " ".join(str(error).split())
         raise ConfigError(f"{name}: cannot be compiled by Numba: {told}") from error
+
+
+def refuse_broken(point: DesignPoint, rows: NDArray[np.int32]) -> None:
+    """Refuse a result in which a function of a component has given what cannot be used.
+
+    Args:
+        point: the design point.
+        rows: (periods, 2) of the kernel, negative in a period where that has happened.
+
+    Raises:
+        ConfigError: it has.
+    """
+    broken = np.flatnonzero(rows[:, 1] < 0)
+    if not broken.size:
+        return
+    period, which = int(broken[0]), int(rows[broken[0], 1])
+    if which == BROKEN_UPDATE:
+        name = f"learner: {full_name(type(point.learner))}.update()"
+        what = "gave an error or Q-values that are no finite numbers, or an index out of range"
+    else:
+        name = f"exploration: {full_name(type(point.exploration))}.rule()"
+        what = "should give ε, a number from 0 to 1"
+    raise ConfigError(f"{name}: {what}, in period {period}")

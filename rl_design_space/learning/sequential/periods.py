@@ -20,7 +20,8 @@ from rl_design_space.learning.sequential.learners import (
     show,
 )
 from rl_design_space.learning.sequential.memory import new_memory
-from rl_design_space.learning.sequential.method import EPSILON_GREEDY, UPPER_BOUND
+from rl_design_space.learning.sequential.method import EPSILON_GREEDY, OWN, UPPER_BOUND
+from rl_design_space.learning.sequential.own import BROKEN_RULE, BROKEN_UPDATE
 
 _0, _1, _2, _3 = (index(number) for number in range(4))
 
@@ -66,16 +67,21 @@ def learn_in_sequence(
         begin_learning(learner, memory, used)
         start, level, successes, at = index(layout[period, 0]), behaviour.levels[0], 0, 0
         total_error = 0.0
+        broken = 0
         for trial in range(steps.shape[1]):
             if trial > 0 and behaviour.rule != 0:
                 succeeded, made = success[period, trial - 1], steps[period, trial - 1]
                 level = level_after(behaviour, trial, level, successes, succeeded, made, total_error / made)
+                if not 0.0 <= level <= 1.0:
+                    broken, level = BROKEN_RULE, 0.0
             elif behaviour.rule == 0:
                 level = behaviour.levels[trial]
             made, succeeded, total_error = _play_trial(
                 learner, memory, behaviour, level, rules, limits, step_sizes.alphas[trial], step_sizes.power,
                 next_of, entries, reward_of, start, index(cells), chance, pay, trail, at,
             )  # fmt: skip
+            if learner.kind == OWN and not np.isfinite(total_error):
+                broken = BROKEN_UPDATE
             steps[period, trial], success[period, trial] = made, succeeded
             successes += succeeded
             at += made + 1
@@ -83,6 +89,10 @@ def learn_in_sequence(
                 _note_q(learner, memory, q_after[trial], n_actions, width)
         end_learning(learner, memory, used)
         end_period(lanes, _0, limits, rules.initial_q, rows, period)
+        if broken == 0 and learner.kind == OWN and not np.all(np.isfinite(q[:used])):
+            broken = BROKEN_UPDATE
+        if broken < 0:
+            rows[period, 1] = broken
 
 
 @inlined
