@@ -92,7 +92,7 @@ def build(key: str, node: Any) -> Any:
     except Exception as raised:
         error = raised.__cause__ or raised if isinstance(raised, InstantiationException) else raised
         if isinstance(error, ValidationError):
-            raise invalid(key, error, kind) from raised
+            raise invalid(key, error, kind, {**node, **named}) from raised
         raise ConfigError(f"{key}: {error}".replace("\n", " ")) from raised
     if twin is not None:
         _check_twin(key, component, twin)
@@ -149,7 +149,7 @@ def construct(kind: Callable[..., Built], values: Mapping[str, Any], prefix: str
     try:
         return kind(**values)
     except ValidationError as error:
-        raise invalid(prefix, error, kind) from error
+        raise invalid(prefix, error, kind, values) from error
 
 
 def plain(config: DictConfig, key: str) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from inspect import isfunction
@@ -136,11 +136,11 @@ def unknown_key(error: ConfigAttributeError | ConfigKeyError) -> ConfigError:
     return ConfigError.unknown(f"key in {option}" if option else "key", key, known, f"{parent}." if parent else "")
 
 
-def invalid(prefix: str, error: ValidationError, kind: Any) -> ConfigError:
-    """Return an error for the fields of a validated dataclass that pydantic refused."""
+def invalid(prefix: str, error: ValidationError, kind: Any, values: Mapping[str, Any]) -> ConfigError:
+    """Return an error for the fields of a validated dataclass that pydantic refused, and the values it was given."""
     known = [field.name for field in fields(kind)]
     lines = []
-    for detail in error.errors(include_url=False):
+    for detail in _joined(error.errors(include_url=False), values):
         key = ".".join(str(part) for part in (prefix, *detail["loc"]) if part != "")
         if detail["type"] == "unexpected_keyword_argument":
             lines.append(str(ConfigError.unknown("key", str(detail["loc"][-1]), known, f"{prefix}.")))
@@ -153,8 +153,8 @@ def invalid(prefix: str, error: ValidationError, kind: Any) -> ConfigError:
         elif detail["type"] == "is_instance_of" and (lacking := _lacking(kind, detail)):
             lines.append(f"{key}={full_name(type(detail['input']))}: {_plain(detail['msg'])}; it has no {lacking}")
         elif isinstance(detail["input"], list) and detail["type"] in _SCALAR and not is_setting(f"{key}="):
-            values = ",".join(map(as_yaml, detail["input"]))
-            remedy = f'values without brackets make a sweep: {key}={values}, in a file {key}: "{values}"'
+            swept = ",".join(map(as_yaml, detail["input"]))
+            remedy = f'values without brackets make a sweep: {key}={swept}, in a file {key}: "{swept}"'
             lines.append(str(ConfigError.at(key, detail["input"], f"{_plain(detail['msg'])}, not a list; {remedy}")))
         elif _needs_a_number(detail) and _is_quoted(detail["input"]):
             remedy = "write it without quotes, or ${oc.decode:${oc.env:NAME}} for an environment variable"
@@ -164,6 +164,50 @@ def invalid(prefix: str, error: ValidationError, kind: Any) -> ConfigError:
         else:
             lines.append(str(ConfigError.at(key, detail["input"], _plain(detail["msg"]))))
     return ConfigError("\n".join(lines))
+
+
+def _joined(details: Iterable[ErrorDetails], values: Mapping[str, Any]) -> list[ErrorDetails]:
+    """Return one error for all alternatives of a field, at the place of a value in the config.
+
+    Pydantic tries one alternative after the other and adds its name to the place. If the value has the type of one of
+    them, nothing is said of the others.
+    """
+    found: dict[tuple[int | str, ...], list[ErrorDetails]] = {}
+    for detail in details:
+        place = _place(detail["loc"], values)
+        found.setdefault(place, []).append(detail | {"loc": place, "msg": _without_tuples(detail)})
+    joined = []
+    for place, several in found.items():
+        is_entered = any(len(other) > len(place) and other[: len(place)] == place for other in found)
+        if is_entered and all(detail["type"].endswith("_type") for detail in several):
+            continue
+        apt = [detail for detail in several if not detail["type"].endswith("_type")] or several
+        joined.append(apt[0] | {"msg": "; or ".join(dict.fromkeys(_plain(detail["msg"]) for detail in apt))})
+    return joined
+
+
+def _place(loc: Sequence[int | str], values: Any) -> tuple[int | str, ...]:
+    """Return the parts of pydantic's place that are keys and numbers, not names of validators and alternatives."""
+    place = []
+    for depth, part in enumerate(loc):
+        is_key = isinstance(values, Mapping) and part in values
+        if depth == 0 or is_key or isinstance(part, int):
+            place.append(part)
+            values = values[part] if is_key or _has(values, part) else None
+    return tuple(place)
+
+
+def _has(values: Any, part: int | str) -> bool:
+    return isinstance(values, Sequence) and isinstance(part, int) and part < len(values)
+
+
+def _without_tuples(detail: ErrorDetails) -> str:
+    """Return a message that asks for a list where pydantic asks for a tuple, which YAML does not have."""
+    if detail["type"] != "tuple_type":
+        return detail["msg"]
+    value = detail["input"]
+    is_example = isinstance(value, (int, float, str)) and not isinstance(value, bool)
+    return f"should be a list{f', such as [{as_yaml(value)}]' if is_example else ''}"
 
 
 def _lacking(kind: Any, detail: ErrorDetails) -> str:
@@ -192,4 +236,5 @@ def _is_quoted(value: object) -> bool:
 
 
 def _plain(message: str) -> str:
-    return re.sub(r"^(Input |Value error, |Assertion failed, )", "", message)
+    message = re.sub(r"^(Input |Value error, |Assertion failed, |(Tuple|List) (?=should have))", "", message)
+    return message.replace(" after validation,", ",")

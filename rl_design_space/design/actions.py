@@ -17,11 +17,14 @@ from rl_design_space._strict import STRICT
 from rl_design_space.design.identity import full_name
 from rl_design_space.design.observing import Representation, SightedRepresentation
 from rl_design_space.design.sight import Sight
-from rl_design_space.design.world import MOVES, World
+from rl_design_space.design.world import MOVES, World, cell_count
 from rl_design_space.errors import ConfigError
 
 #: The step of an action that has nowhere to go: the agent stays where it is, and the step counts.
 WAIT = len(MOVES)
+
+#: Random layouts in which an action has to wait everywhere to be refused: in one of them it may have nowhere to go.
+_LAYOUTS = 20
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 _Propagation = Literal["primitives", "consistent", "none"]
@@ -159,9 +162,30 @@ class SeeingActions:
     def check(self, world: World, representation: Representation, n_goals: int) -> None:
         """Check that the actions can be used with this representation; called when a point is built.
 
+        By default: that every named action moves somewhere. What a set with a `behaviour` of its own does is not known.
+
         Raises:
             ConfigError: they cannot.
         """
+        if type(self).behaviour is not SeeingActions.behaviour:
+            return
+        waiting = list(range(len(self.names)))
+        source = np.random.default_rng(0)
+        for _ in range(_LAYOUTS):
+            if not waiting:
+                return
+            codes = representation.observation(world, source.permutation(cell_count(world))[:n_goals])
+            sight = sight_of(representation, world, n_goals, codes)
+            moves = self.moves(sight)
+            if np.shape(moves) != (len(self.names), *codes.shape):  # `behaviour` says so
+                return
+            waiting = [number for number in waiting if (np.asarray(moves[number]) == WAIT).all()]
+        if waiting:
+            shown = f"{full_name(type(representation))} with {n_goals} goals in {full_name(type(world))}"
+            raise ConfigError(
+                f"msa={full_name(type(self))}: {self.names[waiting[0]]} would never move: {shown} does not show where "
+                "to; choose another representation, or leave the action out"
+            )
 
     @property
     def n_actions(self) -> int:

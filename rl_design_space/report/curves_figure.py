@@ -21,13 +21,8 @@ from rl_design_space.analysis.learning_curves import curve_frame, curve_summary
 from rl_design_space.config.build import construct
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR
 from rl_design_space.report.base import MAIN, Frames, Report, Text
-from rl_design_space.report.baselines import (
-    MORE,
-    above_optimum,
-    levels,
-    memoryless_level,
-    told_of_memoryless,
-)
+from rl_design_space.report.baselines import MORE, above_optimum, levels, memoryless_level, told_of_memoryless
+from rl_design_space.report.fitting import break_headings
 from rl_design_space.report.look import Look
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, different_choices
@@ -258,6 +253,7 @@ def _draw(frames: Frames, look: CurvesFigure) -> Figure:
     notes += (STAGE_NOTE if len(frames[STAGES]) else "") + (SCRATCH_NOTE if len(frames[SCRATCH]) else "")
     notes += _MEMORYLESS_NOTE if len(above_optimum(frames[LINES], panels)) else ""
     figure.supxlabel(notes + (_EXPLORATION_NOTE if families else ""), fontsize=8)
+    break_headings(figure)
     return figure
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -61,9 +61,14 @@ def make_room(figure: Figure, *, may_grow: bool = True) -> None:
     if may_grow and needed:
         width, height = figure.get_size_inches()
         figure.set_size_inches(width, height + max(needed))
-    _break_lines(figure)
+    _break([*_headings(figure), *_labels(figure)])
     for axes in figure.axes:
         _put_below_label(axes)
+
+
+def break_headings(figure: Figure) -> None:
+    """Break the heading and the note of a picture into lines that are not longer than it is wide."""
+    _break(_headings(figure))
 
 
 def _put_legend_aside(axes: Axes) -> float:
@@ -152,20 +157,25 @@ def _names(axis: Axis) -> list[str]:
     return texts if any(letter.isalpha() for text in texts for letter in text) else []
 
 
-def _break_lines(figure: Figure) -> None:
-    """Break headings, notes and labels of axes that are longer than what they belong to."""
-    for text, inches in _long_texts(figure):
+def _break(texts: Iterable[tuple[Text, float]]) -> None:
+    """Break texts that are longer than the inches that each may have."""
+    for text, inches in texts:
         text.set_text(_broken(text.get_text(), inches, float(text.get_fontsize())))
 
 
-def _long_texts(figure: Figure) -> Iterator[tuple[Text, float]]:
-    """Yield headings, notes and labels, and the inches that each may have."""
-    width, height = figure.get_size_inches()
+def _headings(figure: Figure) -> Iterator[tuple[Text, float]]:
+    """Yield headings and notes of a picture and its parts, and the inches that each may have."""
+    width = figure.get_size_inches()[0]
     parts: list[FigureBase] = [figure, *figure.subfigs]
     for part in parts:
         for text in (part._suptitle, part._supxlabel):  # type: ignore[attr-defined]
             if text is not None:
                 yield text, 0.95 * width
+
+
+def _labels(figure: Figure) -> Iterator[tuple[Text, float]]:
+    """Yield headings and labels of axes, and the inches that each may have."""
+    width, height = figure.get_size_inches()
     for axes in figure.axes:
         across, down = _share(axes)
         # Both are in the middle of the axis, which is not that of the picture if there are names beside it.

@@ -166,7 +166,7 @@ def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
     axis.set_title(look.heading, fontsize=11)
     style.tidy(axis)
     if names != [_EVERYTHING]:
-        style.legend_beside(axis, None if few else [*others, *lines])
+        style.legend_beside(axis, [*others, *lines])
     if not few:
         make_room(figure)
     return figure

@@ -46,7 +46,7 @@ POINTS = [
     ("seed=0.5", ["seed=0.5", "a valid integer"]),
     ("learner.alpha=small", ["learner.alpha=small", "a valid number"]),
     ("learner.ties=false", ["learner.ties=false", "'random' or 'first'"]),
-    ("msa.lengths=3", ["msa.lengths=3"]),
+    ("msa.lengths=3", ["msa.lengths=3: should be a list, such as [3]"]),
     ("msa.lengths=[2.5]", ["msa.lengths.0=2.5", "a valid integer"]),
     ("task=5", ["task=5", "Task"]),
     # Right types, values out of range.
@@ -75,6 +75,12 @@ POINTS = [
     ("learner.alpha=-0.1", ["learner.alpha=-0.1", "greater than or equal to 0"]),
     ("seed=-1", ["seed=-1", "greater than or equal to 0"]),
     ("seed=18446744073709551616", ["seed=18446744073709551616", "less than 18446744073709551616"]),
+    # One of several types: no names of validators.
+    ("curriculum=zero_shot curriculum.size=-3", [f"curriculum.size=-3: {SIZE}; or should be 'same'"]),
+    ("representation=aggregated representation.block=0", ["representation.block=0: should be greater than or equal"]),
+    ("representation=aggregated representation.block=[2,0]", ["representation.block.1=0: should be greater than or"]),
+    ("representation=aggregated representation.block=[2,3,4]", ["block=[2, 3, 4]: should have at most 2 items, not 3"]),
+    ("curriculum=coarse_to_fine curriculum.sizes=5", ["curriculum.sizes=5: should be a list, such as [5]"]),
     # Missing values.
     ("seed=???", ["seed=???", "needs a value"]),
     ("world.size=???", ["world.size=???", "needs a value"]),
@@ -144,7 +150,8 @@ def assert_told(error: ConfigError, expected: list[str]) -> None:
     """Check that a message contains these words and no terms of the underlying libraries."""
     message = str(error)
     assert [words for words in expected if words not in message] == [], message
-    for foreign in ("pydantic", "omegaconf", "hydra.errors", "full_key", "object_type", "Traceback", "<class"):
+    terms = ("constrained-", "function-", "union[", "tuple", "pydantic", "omegaconf", "hydra.errors", "full_key")
+    for foreign in (*terms, "object_type", "Traceback", "<class"):
         assert foreign not in message
 
 

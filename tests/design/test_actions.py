@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from pydantic.dataclasses import dataclass
 
 from rl_design_space.design import (
     MOVES,
@@ -20,6 +21,7 @@ from rl_design_space.design import (
     Distance,
     MultiStepActions,
     Representation,
+    SeeingActions,
     Sight,
     Task,
     Torus,
@@ -163,6 +165,23 @@ BACK = Controllers(controllers=("back_to_sub_goal",))
 def test_a_controller_that_the_observation_shows_nothing_is_refused(choices: dict, message: str):
     with pytest.raises(ValidationError, match=message):
         DesignPoint(**{"representation": Direct(), "msa": Controllers(), **choices})
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnActions(SeeingActions):
+    """Actions that are no controllers: towards the due goal along x, and to the right whatever is shown."""
+
+    names = ("homing", "right")
+
+    def moves(self, sight: Sight) -> np.ndarray:
+        x, _ = sight.due_goal()
+        return np.array([np.select([x == 1, x == -1], [RIGHT, LEFT], WAIT), np.full(x.shape, RIGHT)], dtype=np.int8)
+
+
+def test_an_action_of_an_own_set_that_would_wait_everywhere_is_refused():
+    DesignPoint(representation=Direct(), msa=OwnActions())
+    with pytest.raises(ValidationError, match="OwnActions: homing would never move: AdHoc with 3 goals in Torus"):
+        DesignPoint(representation=AdHoc(), msa=OwnActions(primitives=False))
 
 
 @pytest.mark.parametrize("controllers", [(), ("along_wall",)])

@@ -111,7 +111,8 @@ class Peeping(SeeingActions):
 
 
 def acts(**members: object) -> object:
-    return misfit(Peeping(), behaviour=SeeingActions.behaviour, **members)
+    moving = {"moves": lambda self, sight: np.zeros((2, *sight.counter.shape), dtype=np.int8)}
+    return misfit(Peeping(), behaviour=SeeingActions.behaviour, **(moving | members))
 
 
 BROKEN = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -48,6 +49,17 @@ def axes(study: Study) -> Iterator[tuple[Axes, Axes]]:
     """The curves, and the share of failed trials below."""
     drawn = FIGURE.draw(FIGURE.frames(Runs.of_study(study, LearningReader(study.plan))))
     yield drawn.axes[0], drawn.axes[1]
+    plt.close(drawn)
+
+
+def test_heading_and_note_are_not_wider_than_a_single_panel(study: Study):
+    figure = replace(FIGURE, title="Steps of a trial with three schedules that decay linearly, and a long heading, too")
+    drawn = figure.draw(figure.frames(Runs.of_study(study, LearningReader(study.plan))))
+    drawn.draw_without_rendering()
+    for text in (drawn._suptitle, drawn._supxlabel):
+        box = text.get_window_extent()
+        assert box.x0 >= 0
+        assert box.x1 <= drawn.bbox.width
     plt.close(drawn)
 
 

@@ -315,6 +315,15 @@ def test_sixty_lines_are_a_range_a_median_and_a_few_names():
         Sensitivity(parameter="k", named="msa=none").draw({MAIN: lines(60)})
 
 
+def test_a_few_lines_are_all_in_the_legend_by_name():
+    drawn = Sensitivity(parameter="k").draw({MAIN: lines(2)})
+    assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()] == [
+        "reward=r0 msa=m0",
+        "reward=r1 msa=m1",
+    ]
+    plt.close(drawn)
+
+
 def pairs(count: int) -> pd.DataFrame:
     rows = [
         (f"reward=r{i}", 100.0, 100.0 + i, float(i), i - 1.0, i + 1.0, 5, 1 + i / 100, 0.99 + i / 100, 1.01 + i / 100)

@@ -17,7 +17,7 @@ import rl_design_space as rds
 from rl_design_space.design import WAIT
 from rl_design_space.report.inside.animation import Frames, trials_shown
 from rl_design_space.report.inside.grid import Grid
-from rl_design_space.report.inside.picture import Picture
+from rl_design_space.report.inside.picture import Picture, value_norm
 from rl_design_space.report.inside.watched import Watched
 from tests.browser import needs_browser, opened
 
@@ -49,6 +49,13 @@ def test_the_period_is_the_one_asked_for(watched: Watched):
         rds.watch(POINT, period="worse")
     with pytest.raises(rds.ConfigError, match="point=direction: should be a DesignPoint"):
         rds.watch("direction")
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
+def test_values_that_are_not_finite_are_refused(watched: Watched, value: float):
+    values = np.where(watched.snapshot.learned, value, 0.0)
+    with pytest.raises(rds.ConfigError, match="reward: after trial 3, Q-values are infinite or not a number"):
+        value_norm((replace(watched.snapshot, values=values),))
 
 
 def test_an_action_that_waits_is_a_circle(watched: Watched):

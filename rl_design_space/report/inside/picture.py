@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.snapshot import Snapshot, edges_of
 from rl_design_space.design import MOVES, WAIT
+from rl_design_space.errors import ConfigError
 from rl_design_space.learning.optimum import needed
 from rl_design_space.learning.replay import Replay
 from rl_design_space.report.inside.grid import Grid
@@ -191,7 +192,17 @@ class Picture:
 
 
 def value_norm(shown: tuple[Snapshot, ...]) -> TwoSlopeNorm:
-    """Return the scale of values: zero in its middle, and both sides up to their end, however small one of them is."""
+    """Return the scale of values: zero in its middle, and both sides up to their end, however small one of them is.
+
+    Raises:
+        ConfigError: a value is not finite, so that it has no place on a scale.
+    """
+    for each in shown:
+        if not np.isfinite(each.values[each.learned]).all():
+            raise ConfigError(
+                f"reward: after trial {each.trial}, Q-values are infinite or not a number, so they have no colours; "
+                "smaller rewards, or a smaller learner.gamma, keep them finite"
+            )
     learned = np.concatenate([each.values[each.learned] for each in shown])
     low, high = (float(learned.min()), float(learned.max())) if learned.size else (0.0, 0.0)
     # One strength of colour on both sides would hide small negative values, which traps have.
