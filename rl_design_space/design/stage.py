@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from types import FunctionType
 from typing import Annotated, Any, Literal, Protocol, TypeVar, get_args, runtime_checkable
@@ -97,7 +97,13 @@ def _refinement(value: Any) -> Any:
     """Convert the forms of YAML: `all`, or `{split: all, rows: 100}`."""
     if isinstance(value, str):
         return Refinement(split=value)  # type: ignore[arg-type]
-    return Refinement(**value) if isinstance(value, Mapping) else value
+    if not isinstance(value, Mapping):
+        return value
+    known = [field.name for field in fields(Refinement)]
+    for key in value:
+        if key not in known:
+            raise ConfigError.unknown("key", key, known)
+    return Refinement(**value)
 
 
 def _canonical(changes: Any) -> Any:
@@ -147,9 +153,14 @@ class Stage:
 
     @classmethod
     def of(cls, node: Mapping[str, Any]) -> Stage:
-        """Return the stage that a mapping describes, as in YAML: dotted keys beside `layout`, `carry`, `refine`."""
+        """Return the stage that a mapping describes, as in YAML: dotted keys beside `layout`, `carry`, `refine`.
+
+        Raises:
+            ValueError: a key or its value is not allowed.
+        """
         own = {key: node[key] for key in _OWN_KEYS if key in node}
-        return cls(changes={key: node[key] for key in node if key not in _OWN_KEYS}, **own)  # type: ignore[arg-type]
+        changes: Any = {key: node[key] for key in node if key not in _OWN_KEYS}
+        return _validated(lambda: cls(changes=changes, **own), own, "")
 
     def as_node(self) -> dict[str, Any]:
         """Return the mapping that describes the stage, without what is the default."""
@@ -201,26 +212,40 @@ def _check_field(owner: Any, name: str, prefix: str) -> None:
 
 def _replaced(owner: Value, values: Mapping[str, Any], prefix: str) -> Value:
     """Return a dataclass with other values of some fields; the prefix is that of their keys, for messages."""
+    return _validated(lambda: replace(owner, **values), values, prefix)  # type: ignore[type-var]
+
+
+def _validated(create: Callable[[], Value], values: Mapping[str, Any], prefix: str) -> Value:
+    """Return what is created; an error of a field names its key, with this prefix, and its value."""
     try:
-        return replace(owner, **values)  # type: ignore[type-var]
+        return create()
     except ValidationError as error:
         detail = error.errors(include_url=False)[0]
-        if not detail["loc"]:
+        name = str(detail["loc"][0]) if detail["loc"] else ""
+        if name not in values:
             raise ValueError(plain(detail["msg"])) from error
-        name = str(detail["loc"][0])
         raise ConfigError.at(f"{prefix}{name}", values[name], plain(detail["msg"])) from error
 
 
 def plain(message: str) -> str:
-    """Return a message of pydantic without its beginning."""
-    return message.removeprefix("Value error, ").removeprefix("Input ")
+    """Return a message of pydantic without its beginning, about a list where it says tuple."""
+    return message.replace("a valid tuple", "a list").removeprefix("Value error, ").removeprefix("Input ")
 
 
 def as_stages(stages: Any) -> Any:
     """Convert the stages of a list, those in the form of YAML included."""
     if isinstance(stages, str) or not isinstance(stages, Iterable):
         raise ValueError("should be a list of stages, each with what is different from the point")
-    return tuple(Stage.of(stage) if isinstance(stage, Mapping) else stage for stage in stages)
+    return tuple(_as_stage(number, stage) for number, stage in enumerate(stages, 1))
+
+
+def _as_stage(number: int, stage: Any) -> Any:
+    if not isinstance(stage, Mapping):
+        return stage
+    try:
+        return Stage.of(stage)
+    except ValueError as error:
+        raise ValueError(f"stage {number}: {error}") from error
 
 
 def _as_value(value: Any) -> Any:

@@ -124,7 +124,12 @@ def test_a_sweep_over_curricula_counts_the_points_without():
         ("curriculum.stages=[{task.periods: 3}]", "task.periods: all stages of a period share it"),
         ("curriculum.stages=[{},{representation: direction}]", "carry=same_observation: observations of another"),
         ("curriculum.stages=[{},{msa: length_3}]", "the Q-matrix is that of other actions"),
-        ("curriculum.stages=[{layout: old}]", "layout=old: should be 'same', 'scaled', 'new' or 'shifted'"),
+        (
+            "curriculum.stages=[{},{refine: {splt: all}}]",
+            "refine={splt: all}: splt: no such key; did you",
+        ),
+        ("curriculum.stages=[{},{msa.lengths: 3}]", "stage 2: msa.lengths=3: should be a list"),
+        ("curriculum.stages=[{layout: old}]", "stage 1: layout=old: should be 'same', 'scaled', 'new' or 'shifted'"),
     ],
 )
 def test_a_stage_that_cannot_be_used_is_refused_with_its_number(override: str, message: str):
