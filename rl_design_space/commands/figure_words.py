@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rl_design_space._paths import leads_out
 from rl_design_space.commands.figure_arguments import BY_WORD, NAMED, WORDS, look_names, parsed
-from rl_design_space.commands.look_arguments import named_by_flags, take_look
+from rl_design_space.commands.look_arguments import named_by_flags, take_look, unused_labels
 from rl_design_space.commands.where import where_of
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
@@ -82,6 +82,8 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])
     of_any_code = any(SOURCE in argument for argument in arguments)
     frame, left_out = reader.select(chosen.study, chosen.filter, where, outdated=of_any_code)
+    for note in unused_labels(chosen.labels, frame):
+        tell(note)
     remarks = []
     if left_out:
         including = _INCLUDING.get(word, _INCLUDING_ELSEWHERE)
