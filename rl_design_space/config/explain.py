@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, is_dataclass
-from inspect import isfunction
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, get_type_hints
 
 from hydra.errors import ConfigCompositionException, HydraException, MissingConfigException, OverrideParseException
@@ -25,6 +24,7 @@ from rl_design_space.config import user_config
 from rl_design_space.config.grammar import not_understood
 from rl_design_space.config.overrides import is_setting
 from rl_design_space.design.identity import full_name
+from rl_design_space.design.lacking import NO_INSTANCE, lacking
 from rl_design_space.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -150,8 +150,9 @@ def invalid(prefix: str, error: ValidationError, kind: Any, values: Mapping[str,
             lines.append(_plain(detail["msg"]))
         elif isinstance(detail.get("ctx", {}).get("error"), ConfigError):  # which names key and value itself
             lines.append(f"{key}: {_plain(detail['msg'])}")
-        elif detail["type"] == "is_instance_of" and (lacking := _lacking(kind, detail)):
-            lines.append(f"{key}={full_name(type(detail['input']))}: {_plain(detail['msg'])}; it has no {lacking}")
+        elif detail["type"] == NO_INSTANCE and (missing := _lacking(kind, detail)):
+            expected = _plain(detail["msg"]).removesuffix(f"; it has no {missing}")
+            lines.append(f"{key}={full_name(type(detail['input']))}: {expected}; it has no {missing}")
         elif isinstance(detail["input"], list) and detail["type"] in _SCALAR and not is_setting(f"{key}="):
             swept = ",".join(map(as_yaml, detail["input"]))
             remedy = f'values without brackets make a sweep: {key}={swept}, in a file {key}: "{swept}"'
@@ -211,14 +212,8 @@ def _without_tuples(detail: ErrorDetails) -> str:
 
 
 def _lacking(kind: Any, detail: ErrorDetails) -> str:
-    """Return the methods of a Protocol that a component does not have; empty if that is not what is wrong with it."""
-    protocol: Any = get_type_hints(kind).get(str(detail["loc"][0]))
-    if not getattr(protocol, "_is_protocol", False) or not is_dataclass(detail["input"]):
-        return ""
-    bases = [base for base in protocol.__mro__ if getattr(base, "_is_protocol", False)]
-    declared = sorted({name for base in bases for name in vars(base) if not name.startswith("_")})
-    lacking = [name for name in declared if not hasattr(detail["input"], name)]
-    return ", ".join(f"{name}()" if isfunction(getattr(protocol, name)) else name for name in lacking)
+    """Return what a component does not have of its protocol; empty if that is not what is wrong with it."""
+    return lacking(get_type_hints(kind).get(str(detail["loc"][0])), detail["input"])
 
 
 def _needs_a_number(detail: ErrorDetails) -> bool:
