@@ -23,6 +23,7 @@ from rl_design_space._yaml import as_yaml
 from rl_design_space.config import user_config
 from rl_design_space.config.grammar import not_understood
 from rl_design_space.config.overrides import is_setting
+from rl_design_space.config.target import class_of
 from rl_design_space.design.identity import full_name
 from rl_design_space.design.lacking import NO_INSTANCE, lacking
 from rl_design_space.errors import ConfigError
@@ -132,8 +133,22 @@ def unknown_key(error: ConfigAttributeError | ConfigKeyError) -> ConfigError:
     parent, _, key = str(error.full_key).rpartition(".")
     siblings = error.parent_node if isinstance(error.parent_node, DictConfig) else {}
     known = [str(name) for name in siblings if name not in _HIDDEN_KEYS]
-    option = str(siblings.get("_target_", "")).rpartition(".")[2]
+    target = str(siblings.get("_target_", ""))
+    option = target.rpartition(".")[2]
+    if key not in known and key in _fields_of(parent, target):
+        return ConfigError(
+            f"{error.full_key}: a field of {option} that the file of this option does not list; "
+            f"+{error.full_key}=VALUE sets it, or list it there"
+        )
     return ConfigError.unknown(f"key in {option}" if option else "key", key, known, f"{parent}." if parent else "")
+
+
+def _fields_of(key: str, target: str) -> list[str]:
+    """Return the names of the fields of the class that an option names; none if there is no such class."""
+    try:
+        return [field.name for field in fields(class_of(key, target)) if field.init] if target else []
+    except ConfigError:
+        return []
 
 
 def invalid(prefix: str, error: ValidationError, kind: Any, values: Mapping[str, Any]) -> ConfigError:
