@@ -55,9 +55,10 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
     from rl_design_space.commands.folders import report_folder
+    from rl_design_space.commands.main_numbers import tell_numbers
     from rl_design_space.commands.messages import tell
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
-    from rl_design_space.commands.watching import tell_all, tell_numbers, watched
+    from rl_design_space.commands.watching import watched
     from rl_design_space.config.overrides import is_setting
     from rl_design_space.plan.study_values import study_values
     from rl_design_space.report.parameters import PERIODS
@@ -94,13 +95,12 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     every = any(PERIODS in argument for argument in arguments)
     listed = study_values(chosen.study) if chosen.study else {}
     runs = Runs.of_frame(frame, reader, command, remarks, every=every, listed=listed)
-    runs.watch, runs.tell = watched, tell_all
+    runs.watch = watched
     name = chosen.name or (word if word in NAMED else _name(word, figure.heading))
     with named_by_flags():
-        paths = figure.write_runs(runs, folder / name)
-    if word not in BY_WORD:  # the others print lines of their own
-        tell_numbers(paths)
-    return paths
+        written = figure.write_runs(runs, folder / name)
+    tell_numbers(written.numbers)
+    return written
 
 
 def _explore(

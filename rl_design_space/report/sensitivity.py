@@ -23,7 +23,7 @@ from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.bounds import BOUNDS, NOTE, is_bound, shown, shown_interval, without_exact
 from rl_design_space.report.fitting import make_room
 from rl_design_space.report.look import LINEAR, LOG, RATIO
-from rl_design_space.report.many import HALF, MOST, Named, Top, named
+from rl_design_space.report.many import HALF, MOST, Named, Top, apart, named
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import label, text
 from rl_design_space.report.runs import Runs
@@ -159,13 +159,14 @@ def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
     shown = names if few else wanted or _most_dependent(frame)[:_FEW]
     others = [] if few else _draw_range(axis, drawn)
     lines = []
-    for place, (name, colour) in enumerate(zip(shown, look.colours(len(shown)), strict=True)):
+    legends, common = apart(shown)
+    for place, (name, legend, colour) in enumerate(zip(shown, legends, look.colours(len(shown)), strict=True)):
         line = drawn[drawn["line"] == name]
         lines.append(
             axis.errorbar(
                 line["x"], line["value"], yerr=style.beyond(line["low"], line["value"], line["high"]),
                 color=colour, marker=style.MARKERS[place % len(style.MARKERS)], markersize=4,
-                linewidth=1.2, label=name,
+                linewidth=1.2, label=legend,
             )
         )  # fmt: skip
     if relative:
@@ -181,7 +182,9 @@ def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
     style.tidy(axis)
     if names != [_EVERYTHING]:
         style.legend_beside(axis, [*others, *lines])
-    if not few:
+    if common:
+        figure.supxlabel(common, fontsize=7.5)
+    if not few or common:
         make_room(figure)
     return figure
 
