@@ -151,8 +151,9 @@ def write_report(
     Raises:
         ConfigError: the study has no report, or none of its points is recorded.
     """
+    from rl_design_space.commands.main_numbers import tell_numbers
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
-    from rl_design_space.commands.watching import counting, tell_numbers
+    from rl_design_space.commands.watching import counting
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
     from rl_design_space.run.settings import build_settings
@@ -173,7 +174,9 @@ def write_report(
         reader = FoundRuns(settings.tracking.reader(), fingerprints, count) if study.plan else NoRuns()
         _report_missing(study, reader)
         paths: list[Path] = report.write(study, reader, folder)
-    tell_numbers(paths)
+    from rl_design_space.report.written import numbers_of  # the report has imported what it needs
+
+    tell_numbers(numbers_of(paths))
     try:
         reader.attach(study.name, paths)
     except OSError as error:

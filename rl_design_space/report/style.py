@@ -127,13 +127,13 @@ def legend_beside(axis: Axes, handles: Sequence[Any] | None = None) -> None:
 
 
 def number(value: float, form: str = "") -> str:
-    """Return a measured number as text.
+    """Return a measured number as text; one that is rounded to zero has no sign.
 
     Args:
         value: the number.
-        form: its format; three significant digits, and all digits before the point, if empty.
+        form: its format, without a sign; three significant digits, and all digits before the point, if empty.
     """
-    return f"{value:{form}}" if form else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+    return f"{value:z{form}}" if form else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:z.3g}"
 
 
 def interval(low: float, high: float, form: str = "") -> str:
