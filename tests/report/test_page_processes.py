@@ -21,6 +21,9 @@ class Part:
     plan: tuple[int, ...]
     included: tuple[Part, ...] = ()
 
+    def report(self) -> None:
+        """Import what writes the report."""
+
 
 PARTS = [Part("small", (1,)), Part("large", (1, 2, 3), (Part("inner", ()),)), Part("none", ()), Part("middle", (1, 2))]
 
@@ -63,8 +66,11 @@ def write_all(cores: int, threads: int, parts: list[Part], monkeypatch: pytest.M
 def test_processes_are_copies_unless_another_thread_may_hold_a_lock(
     threads: int, method: str, pools: list[tuple[int, str]], written: list[Part], monkeypatch: pytest.MonkeyPatch
 ):
+    imported: list[str] = []
+    monkeypatch.setattr(Part, "report", lambda part: imported.append(part.name))
     names = write_all(3, threads, PARTS, monkeypatch)
     assert pools == [(3, method)]
+    assert imported == (names if method == "fork" else [])  # once, before the copies are made
     assert names == [part.name for part in PARTS]
     assert [part.name for part in written] == ["none", "large", "middle", "small"]
     assert not any(part.included for part in written)  # which would be copied for nothing
