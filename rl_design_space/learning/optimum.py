@@ -102,7 +102,8 @@ def _is_sure(cells, probabilities, goal, sure):
                     if stays and leads:
                         leading[cell] = grows = True
                         break
-        sure[:] = leading
+        for cell in range(count):
+            sure[cell] = leading[cell]
 
 
 @compiled_and_kept
