@@ -153,5 +153,5 @@ def record(
         at += 1
         if len(q_after):
             for row in range(q_after.shape[1]):
-                for action in range(len(limits)):
-                    q_after[trial, row, action] = q[row * row_width(len(limits)) + action]
+                for column in range(len(limits)):
+                    q_after[trial, row, column] = q[row * row_width(len(limits)) + column]
