@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import gc
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
+#: New objects after which Python looks for garbage, and how often it then looks through older ones. Imports and plans
+#: make hundreds of thousands that stay; to look through all of them again and again takes a tenth of a report.
+_COLLECTION = 100_000, 10, 10
 #: End of the `_target_` of a page of reports.
 _PAGE = ".Page"
 
@@ -30,6 +34,7 @@ _PAGE = ".Page"
 def main() -> None:
     """Write a report; an error that the user can fix is one message and exit status 2."""
     handle_interrupts()
+    gc.set_threshold(*_COLLECTION)
     with shown_as_messages():
         from rl_design_space.commands import completion, figure_words
 
