@@ -28,19 +28,18 @@ from numba.core.serialize import dumps
 _DIGEST_SIZE = hashlib.sha256().digest_size
 #: Decorator of functions that are called so rarely that they need not be inlined.
 compiled = njit(nogil=True, error_model="numpy")
-#: Decorator of functions that are inlined into the loop that calls them.
-inlined = njit(nogil=True, error_model="numpy", forceinline=True)
-
-#: Options that Numba's annotations do not know. Without wrappers, such a function must not be called from Python.
-_UNCOUNTED: dict[str, Any] = {
+#: Options that Numba's annotations do not know. Without wrappers, a function is compiled in less time, and must not be
+#: called from Python.
+_UNWRAPPED: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
-    "_nrt": False,
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }
+#: Decorator of functions that are inlined into the loop that calls them.
+inlined = njit(**{**_UNWRAPPED, "forceinline": True})
 #: Decorator of functions that allocate nothing, so that references to arrays need not be counted in them.
-uncounted = njit(**_UNCOUNTED)
+uncounted = njit(**{**_UNWRAPPED, "_nrt": False})
 
 
 def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:
