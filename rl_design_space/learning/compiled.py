@@ -12,7 +12,8 @@ import hashlib
 import pickle
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from uuid import uuid4
 
 import numba
 from numba import njit
+from numba.core import event
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
@@ -53,6 +55,16 @@ def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:
             _warn_of_cache(error)
     kept: Callable[..., Any] = dispatcher
     return kept
+
+
+@contextmanager
+def compile_timer() -> Iterator[Callable[[], float]]:
+    """Give a function that returns the seconds of compiling inside the context, by all threads together.
+
+    Loading compiled code does not count. Numba compiles one function at a time.
+    """
+    with event.install_listener("numba:compile", event.TimingListener()) as timer:
+        yield lambda: float(timer.duration) if timer.done else 0.0
 
 
 class _Kept(FunctionCache):

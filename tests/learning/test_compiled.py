@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
-from rl_design_space.learning.compiled import CorruptedError, sealed, unsealed
+from rl_design_space.learning.compiled import CorruptedError, compile_timer, sealed, unsealed
 from tests.command_runner import Completed, finished
 
 PACKAGE = Path(__file__).parents[2] / "rl_design_space"
@@ -203,3 +204,14 @@ def test_processes_that_compile_at_once_do_not_disturb_each_other(root: Path, tm
         assert finished.stdout in (COMPILED, LOADED)
         assert finished.stderr == ""
     assert len(files_in(cache)) == 1
+
+
+def test_the_time_of_compiling_is_measured_and_that_of_calls_is_not():
+    twice = njit(lambda number: 2 * number)
+    with compile_timer() as seconds:
+        assert seconds() == 0
+        assert twice(2) == 4
+        compiled = seconds()
+        assert compiled > 0
+        assert twice(3) == 6
+    assert seconds() == compiled
