@@ -48,6 +48,13 @@ def test_the_package_alone_imports_no_numerical_library():
     assert not imported_by("import rl_design_space") & {*HEAVY, "numpy", "pydantic", "numba"}
 
 
+def test_a_report_imports_neither_the_compiler_nor_what_draws_other_reports():
+    names = "QualityMap, ClaimsLedger, PublishedTable"
+    modules = imported_by(f"import rl_design_space.plan.study\nfrom rl_design_space.report import {names}")
+    assert "matplotlib" in modules
+    assert not modules & {"numba", "seaborn", "mlflow", "jinja2"}
+
+
 def test_every_public_name_exists_and_is_offered():
     assert set(rl_design_space.__all__) <= set(dir(rl_design_space))
     found = {name: getattr(rl_design_space, name) for name in rl_design_space.__all__}

@@ -23,7 +23,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import logsumexp
 
 from rl_design_space._arrays import FloatArray
@@ -99,6 +98,8 @@ def _log_saddlepoint(published: float, values: FloatArray, sizes: FloatArray) ->
     after = int(np.searchsorted(means, at))
     if not 0 < after < len(means):
         return nowhere
+    from scipy.optimize import brentq  # which takes as long as all of these
+
     tilt = brentq(lambda tilt: float(_cumulants(np.array([tilt]), scaled)[1][0]) - at, *_TILTS[after - 1 : after + 1])
     (level,), _, (curvature,) = _cumulants(np.array([tilt]), scaled)
     # The mass of the density before it is normalised is the integral of √(P·K'')·exp(P·(K − t·K')) over the tilts.

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import ndtri
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.bca import bca_interval
 from rl_design_space.analysis.resampling import (
     RESAMPLES,
     Estimate,
@@ -40,19 +41,9 @@ _MANY = 2000
 #: Skewness of a mean below which it counts as symmetric.
 _NO_SKEW = 1e-6
 #: Quantiles of the standard normal distribution at both ends of an interval.
-_ENDS = stats.norm.ppf((0.025, 0.975))
+_ENDS: FloatArray = ndtri((0.025, 0.975))
 #: Resampled values that fit into the cache of a core.
 _IN_CACHE = 50_000
-
-
-class _Resampled(NamedTuple):
-    """Resampled values, as `scipy.stats.bootstrap` takes them.
-
-    Attributes:
-        bootstrap_distribution: (resamples,)
-    """
-
-    bootstrap_distribution: FloatArray
 
 
 def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
@@ -73,10 +64,7 @@ def mean_estimate(values: FloatArray, seed: int = 0) -> Estimate:
         return Estimate(mean, mean, mean)
     if len(values) > _MANY:
         return Estimate(mean, *_transformed(values))
-    means = _Resampled(_resampled_means(values, seed))
-    found = stats.bootstrap((values,), np.mean, n_resamples=0, bootstrap_result=means, method="BCa")
-    interval = found.confidence_interval
-    return Estimate(mean, float(interval.low), float(interval.high))
+    return Estimate(mean, *bca_interval(values, _resampled_means(values, seed)))
 
 
 def _transformed(values: FloatArray) -> tuple[float, float]:
@@ -98,8 +86,12 @@ def share_estimate(which: NDArray[np.bool_]) -> Estimate:
     Args:
         which: (periods,) whether each period has the property.
     """
-    interval = stats.binomtest(int(which.sum()), len(which)).proportion_ci(method="wilson")
-    return Estimate(float(which.mean()), float(interval.low), float(interval.high))
+    periods, number, z = len(which), int(which.sum()), float(_ENDS[1])
+    share, width = number / periods, 2 * (periods + z**2)
+    middle = (2 * periods * share + z**2) / width
+    reach = z / width * math.sqrt(4 * periods * share * (1 - share) + z**2)
+    low, high = (0.0 if number == 0 else middle - reach), (1.0 if number == periods else middle + reach)
+    return Estimate(float(which.mean()), low, high)
 
 
 def mean_share_estimate(values: FloatArray) -> Estimate:

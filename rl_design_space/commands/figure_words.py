@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rl_design_space._paths import leads_out
 from rl_design_space.commands.figure_arguments import BY_WORD, NAMED, WORDS, look_names, parsed
-from rl_design_space.commands.look_arguments import named_by_flags, take_look
+from rl_design_space.commands.look_arguments import named_by_flags, take_look, unused_labels
 from rl_design_space.commands.where import where_of
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
@@ -55,9 +55,10 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
     from rl_design_space.commands.folders import report_folder
+    from rl_design_space.commands.main_numbers import tell_numbers
     from rl_design_space.commands.messages import tell
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
-    from rl_design_space.commands.watching import tell_all, tell_numbers, watched
+    from rl_design_space.commands.watching import watched
     from rl_design_space.config.overrides import is_setting
     from rl_design_space.plan.study_values import study_values
     from rl_design_space.report.parameters import PERIODS
@@ -82,6 +83,8 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     command = shlex.join(["rl-design-report", *user_config.flags(), word, *arguments])
     of_any_code = any(SOURCE in argument for argument in arguments)
     frame, left_out = reader.select(chosen.study, chosen.filter, where, outdated=of_any_code)
+    for note in unused_labels(chosen.labels, frame):
+        tell(note)
     remarks = []
     if left_out:
         including = _INCLUDING.get(word, _INCLUDING_ELSEWHERE)
@@ -92,13 +95,12 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     every = any(PERIODS in argument for argument in arguments)
     listed = study_values(chosen.study) if chosen.study else {}
     runs = Runs.of_frame(frame, reader, command, remarks, every=every, listed=listed)
-    runs.watch, runs.tell = watched, tell_all
+    runs.watch = watched
     name = chosen.name or (word if word in NAMED else _name(word, figure.heading))
     with named_by_flags():
-        paths = figure.write_runs(runs, folder / name)
-    if word not in BY_WORD:  # the others print lines of their own
-        tell_numbers(paths)
-    return paths
+        written = figure.write_runs(runs, folder / name)
+    tell_numbers(written.numbers)
+    return written
 
 
 def _explore(

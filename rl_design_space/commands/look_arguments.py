@@ -7,9 +7,12 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rl_design_space.errors import ConfigError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Suffixes of a file of labels.
 _FILES = (".yaml", ".yml")
@@ -31,6 +34,8 @@ _SINGLE = {
     "font_size": ("POINTS", "of most text; other text keeps its proportion to it"),
 }
 NAMES = (*_SEVERAL, *_SINGLE)
+#: Maximum number of values that a note lists.
+_SHOWN_VALUES = 12
 #: Fields of some reports whose flags are named like them, too.
 _ALSO = ("named", "top")
 #: What may follow a flag, for tab completion.
@@ -99,6 +104,45 @@ def named_by_flags() -> Iterator[None]:
         raise ConfigError(message) from error
 
 
+def unused_labels(words: Sequence[str], runs: pd.DataFrame) -> Iterator[str]:
+    """Yield a note on each label that was typed for a name that these runs do not have; those of files are for any.
+
+    Args:
+        words: of `--labels`.
+        runs: a frame of runs.
+    """
+    from rl_design_space.config.overrides import is_setting
+    from rl_design_space.learning.measures import CURVES, CURVES_ON_DEMAND
+    from rl_design_space.report.parameters import text
+
+    known = {*map(str, runs.columns), *CURVES, *CURVES_ON_DEMAND}
+    for word in words:
+        if _is_file(word) or is_setting(word):
+            continue
+        label = word.rpartition("=")[0]
+        name, is_value, value = label.partition("=")
+        if name not in known and not _is_measure(name):
+            error = ConfigError.unknown("parameter or measure of these runs", name, known, "--labels ")
+            yield f"unused: {str(error).partition(' (there is')[0]}"
+        elif is_value and name in runs and value not in (there := list(dict.fromkeys(map(text, runs[name])))):
+            yield f"unused: --labels {label}: no run has this value (there is {', '.join(there[:_SHOWN_VALUES])})"
+
+
+def _is_measure(name: str) -> bool:
+    from rl_design_space.config.measure_name import measure_of
+
+    try:
+        measure_of(name)
+    except ConfigError:
+        return False
+    return True
+
+
+def _is_file(word: str) -> bool:
+    """Return whether a word of `--labels` is a file of labels."""
+    return word.endswith(_FILES) and ("=" not in word or Path(word).is_file())
+
+
 def _labels(words: Sequence[str]) -> dict[str, str]:
     """Return labels by name, those of files first.
 
@@ -107,7 +151,7 @@ def _labels(words: Sequence[str]) -> dict[str, str]:
     """
     from rl_design_space.config.labels import labels_of
 
-    files = [word for word in words if word.endswith(_FILES) and ("=" not in word or Path(word).is_file())]
+    files = [word for word in words if _is_file(word)]
     found: dict[str, str] = {}
     for word in files:
         found |= labels_of(Path(word))

@@ -138,6 +138,9 @@ def _plan(what: str | Iterable[DesignPoint], overrides: Sequence[str], planner: 
     for override in overrides:
         if not is_setting(override):
             raise ConfigError(f"{override}: not a setting; change the points themselves, with dataclasses.replace")
+    if isinstance(what, DesignPoint) or not isinstance(what, Iterable):
+        given = "a DesignPoint" if isinstance(what, DesignPoint) else repr(what)
+        raise ConfigError(f"sweep({given}): should be the name of a study or a list of points, as in sweep([point])")
     spell = Spelling(planner.composer)
     points: dict[str, PlannedPoint] = {}
     count = 0

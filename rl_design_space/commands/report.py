@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import gc
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
     from rl_design_space.tracking.read import Reader
 
+#: New objects after which Python looks for garbage, and how often it then looks through older ones. Imports and plans
+#: make hundreds of thousands that stay; to look through all of them again and again takes a tenth of a report.
+_COLLECTION = 100_000, 10, 10
 #: End of the `_target_` of a page of reports.
 _PAGE = ".Page"
 
@@ -30,6 +34,7 @@ _PAGE = ".Page"
 def main() -> None:
     """Write a report; an error that the user can fix is one message and exit status 2."""
     handle_interrupts()
+    gc.set_threshold(*_COLLECTION)
     with shown_as_messages():
         from rl_design_space.commands import completion, figure_words
 
@@ -146,8 +151,9 @@ def write_report(
     Raises:
         ConfigError: the study has no report, or none of its points is recorded.
     """
+    from rl_design_space.commands.main_numbers import tell_numbers
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
-    from rl_design_space.commands.watching import counting, tell_numbers
+    from rl_design_space.commands.watching import counting
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
     from rl_design_space.run.settings import build_settings
@@ -168,7 +174,9 @@ def write_report(
         reader = FoundRuns(settings.tracking.reader(), fingerprints, count) if study.plan else NoRuns()
         _report_missing(study, reader)
         paths: list[Path] = report.write(study, reader, folder)
-    tell_numbers(paths)
+    from rl_design_space.report.written import numbers_of  # the report has imported what it needs
+
+    tell_numbers(numbers_of(paths))
     try:
         reader.attach(study.name, paths)
     except OSError as error:

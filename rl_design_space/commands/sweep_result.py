@@ -148,5 +148,5 @@ def _mattered(designs: Sequence[_Design], names: Sequence[str]) -> str:
         return "nothing can be told from noise"
     shares = [each for each in whole.effects if PAIR not in each.effect][:_NAMED]
     return ", ".join(
-        f"{each.effect} {max(each.share.value, 0):.0%} (with interactions {each.total.value:.0%})" for each in shares
+        f"{each.effect} {max(each.share.value, 0):.0%} (with interactions {each.total.value:z.0%})" for each in shares
     )

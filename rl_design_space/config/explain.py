@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, is_dataclass
-from inspect import isfunction
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, get_type_hints
 
 from hydra.errors import ConfigCompositionException, HydraException, MissingConfigException, OverrideParseException
@@ -24,7 +23,9 @@ from rl_design_space._yaml import as_yaml
 from rl_design_space.config import user_config
 from rl_design_space.config.grammar import not_understood
 from rl_design_space.config.overrides import is_setting
+from rl_design_space.config.target import class_of
 from rl_design_space.design.identity import full_name
+from rl_design_space.design.lacking import NO_INSTANCE, lacking
 from rl_design_space.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -132,8 +133,22 @@ def unknown_key(error: ConfigAttributeError | ConfigKeyError) -> ConfigError:
     parent, _, key = str(error.full_key).rpartition(".")
     siblings = error.parent_node if isinstance(error.parent_node, DictConfig) else {}
     known = [str(name) for name in siblings if name not in _HIDDEN_KEYS]
-    option = str(siblings.get("_target_", "")).rpartition(".")[2]
+    target = str(siblings.get("_target_", ""))
+    option = target.rpartition(".")[2]
+    if key not in known and key in _fields_of(parent, target):
+        return ConfigError(
+            f"{error.full_key}: a field of {option} that the file of this option does not list; "
+            f"+{error.full_key}=VALUE sets it, or list it there"
+        )
     return ConfigError.unknown(f"key in {option}" if option else "key", key, known, f"{parent}." if parent else "")
+
+
+def _fields_of(key: str, target: str) -> list[str]:
+    """Return the names of the fields of the class that an option names; none if there is no such class."""
+    try:
+        return [field.name for field in fields(class_of(key, target)) if field.init] if target else []
+    except ConfigError:
+        return []
 
 
 def invalid(prefix: str, error: ValidationError, kind: Any, values: Mapping[str, Any]) -> ConfigError:
@@ -150,8 +165,9 @@ def invalid(prefix: str, error: ValidationError, kind: Any, values: Mapping[str,
             lines.append(_plain(detail["msg"]))
         elif isinstance(detail.get("ctx", {}).get("error"), ConfigError):  # which names key and value itself
             lines.append(f"{key}: {_plain(detail['msg'])}")
-        elif detail["type"] == "is_instance_of" and (lacking := _lacking(kind, detail)):
-            lines.append(f"{key}={full_name(type(detail['input']))}: {_plain(detail['msg'])}; it has no {lacking}")
+        elif detail["type"] == NO_INSTANCE and (missing := _lacking(kind, detail)):
+            expected = _plain(detail["msg"]).removesuffix(f"; it has no {missing}")
+            lines.append(f"{key}={full_name(type(detail['input']))}: {expected}; it has no {missing}")
         elif isinstance(detail["input"], list) and detail["type"] in _SCALAR and not is_setting(f"{key}="):
             swept = ",".join(map(as_yaml, detail["input"]))
             remedy = f'values without brackets make a sweep: {key}={swept}, in a file {key}: "{swept}"'
@@ -211,14 +227,8 @@ def _without_tuples(detail: ErrorDetails) -> str:
 
 
 def _lacking(kind: Any, detail: ErrorDetails) -> str:
-    """Return the methods of a Protocol that a component does not have; empty if that is not what is wrong with it."""
-    protocol: Any = get_type_hints(kind).get(str(detail["loc"][0]))
-    if not getattr(protocol, "_is_protocol", False) or not is_dataclass(detail["input"]):
-        return ""
-    bases = [base for base in protocol.__mro__ if getattr(base, "_is_protocol", False)]
-    declared = sorted({name for base in bases for name in vars(base) if not name.startswith("_")})
-    lacking = [name for name in declared if not hasattr(detail["input"], name)]
-    return ", ".join(f"{name}()" if isfunction(getattr(protocol, name)) else name for name in lacking)
+    """Return what a component does not have of its protocol; empty if that is not what is wrong with it."""
+    return lacking(get_type_hints(kind).get(str(detail["loc"][0])), detail["input"])
 
 
 def _needs_a_number(detail: ErrorDetails) -> bool:

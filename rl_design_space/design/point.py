@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import TYPE_CHECKING, Annotated, get_args
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from rl_design_space._strict import STRICT
@@ -14,6 +14,7 @@ from rl_design_space.design.adaptive import ClosedLoop, Level, OptimisticValues,
 from rl_design_space.design.curriculum import Curriculum, Stages, stages_of
 from rl_design_space.design.exploration import Constant, Exploration
 from rl_design_space.design.identity import absent_as, full_name
+from rl_design_space.design.lacking import component_of
 from rl_design_space.design.learned_in_lanes import learned_in_lanes
 from rl_design_space.design.learner import QLearning, TabularLearner
 from rl_design_space.design.msa import MultiStepActions
@@ -29,17 +30,6 @@ if TYPE_CHECKING:
 
 #: Values of a Q-matrix are numbered by uint32.
 _MOST_VALUES = 2**32 - 1
-
-
-def _instance(option: Any) -> Any:
-    if isinstance(option, type):
-        raise ValueError(f"should be built: {option.__name__}(…), not the class itself")
-    if isinstance(option, str):
-        raise ValueError("should be built, as Direction() or Linear(k=0.02) are; names are for from_overrides()")
-    return option
-
-
-_Built = BeforeValidator(_instance)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -70,13 +60,15 @@ class DesignPoint:
 
     seed: Annotated[int, Field(ge=0, lt=2**64)] = 0
     task: Task = Task()
-    world: Annotated[World, _Built] = Torus()
-    representation: Annotated[Representation, _Built] = AdHoc()
-    exploration: Annotated[Exploration, _Built] = Constant()
-    msa: Annotated[ActionSet, _Built] = MultiStepActions()
-    reward: Annotated[Reward, _Built] = GoalReward()
-    learner: Annotated[TabularLearner, _Built] = QLearning()
-    curriculum: Annotated[Curriculum, _Built] = field(default=Stages(), metadata=absent_as(Stages(), listed=False))
+    world: Annotated[World, component_of(World)] = Torus()
+    representation: Annotated[Representation, component_of(Representation)] = AdHoc()
+    exploration: Annotated[Exploration, component_of(Exploration)] = Constant()
+    msa: Annotated[ActionSet, component_of(ActionSet)] = MultiStepActions()
+    reward: Annotated[Reward, component_of(Reward)] = GoalReward()
+    learner: Annotated[TabularLearner, component_of(TabularLearner)] = QLearning()
+    curriculum: Annotated[Curriculum, component_of(Curriculum)] = field(
+        default=Stages(), metadata=absent_as(Stages(), listed=False)
+    )
 
     @model_validator(mode="after")
     def _goals_fit_the_world(self) -> DesignPoint:

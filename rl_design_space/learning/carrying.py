@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.design import Scene, cell_count
-from rl_design_space.learning.compiled import compiled_and_kept
+from rl_design_space.design import World, cell_count
+from rl_design_space.learning.compiled import compiled, compiled_and_kept
 from rl_design_space.learning.numbering import bits_of, numbered, slot_count, slot_of
 from rl_design_space.learning.stage_layouts import place_of
 
@@ -46,6 +46,14 @@ def empty_memory(periods: int, observations: int, width: int) -> Memory:
     )
 
 
+@compiled
+def _equal(some, others):
+    for at in range(len(some)):  # noqa: SIM110 (generators are not compiled)
+        if some[at] != others[at]:
+            return False
+    return True
+
+
 @compiled_and_kept
 def number_rows(codes, rows):
     """Number the rows of Q-matrices as the kernel does, in the order in which their codes first occur.
@@ -59,46 +67,62 @@ def number_rows(codes, rows):
         slots *= 2
     known_codes, known_rows = np.empty(slots, dtype=np.int64), np.empty(slots, dtype=np.int32)
     for period in range(len(codes)):
-        numbered(codes[period].ravel(), known_codes, known_rows, rows[period].ravel())
+        if period > 0 and _equal(codes[period].ravel(), codes[period - 1].ravel()):
+            rows[period] = rows[period - 1]
+        else:
+            numbered(codes[period].ravel(), known_codes, known_rows, rows[period].ravel())
+
+
+@compiled
+def _remember(memory, at, states, row_of, kept, width):
+    """Put the values of a stage of one period into the memory, as period `at` of it."""
+    known_codes, known_rows, values = memory.known_codes[at], memory.known_rows[at], memory.values[at]
+    bits = bits_of(known_rows)
+    following = 0
+    for state in range(len(states)):
+        row = row_of[state]
+        if row < following:
+            continue
+        following += 1
+        slot = slot_of(states[state], known_codes, known_rows, bits)
+        if known_rows[slot] < 0:
+            known_rows[slot] = memory.met[at]
+            known_codes[slot] = states[state]
+            memory.met[at] += 1
+        begin = np.int64(known_rows[slot]) * width
+        for action in range(width):
+            values[begin + action] = kept[row * width + action]
+
+
+@compiled
+def _recall(memory, at, states, row_of, initial_q, width, kept):
+    """Begin a Q-matrix with the values that period `at` of the memory has; return of how many rows."""
+    known_codes, known_rows, values = memory.known_codes[at], memory.known_rows[at], memory.values[at]
+    bits = bits_of(known_rows)
+    following = found = 0
+    for state in range(len(states)):
+        row = row_of[state]
+        if row < following:
+            continue
+        following += 1
+        begin = np.int64(known_rows[slot_of(states[state], known_codes, known_rows, bits)]) * width
+        found += begin >= 0
+        for action in range(width):
+            kept[row * width + action] = values[begin + action] if begin >= 0 else initial_q
+    return found
 
 
 @compiled_and_kept
-def remember(memory, codes, rows, kept, width):
-    """Put the values of a stage into the memory.
+def carry_over(memory, anew, codes_before, rows_before, kept_before, codes, rows, initial_q, width, kept, carried):
+    """Put the values of a stage into the memory, and begin the next one with what the memory has.
 
     Args:
         memory: see `Memory`; modified in place.
-        codes: (periods, n_goals, cells) int64, observation codes of the stage.
-        rows: (periods, n_goals, cells) int64, the row of each state.
-        kept: (periods, n_goals · cells · width) float64, its Q-matrices, see `Lanes`.
-        width: values of a row, see `row_width`.
-    """
-    for period in range(len(codes)):
-        states, row_of = codes[period].ravel(), rows[period].ravel()
-        known_codes, known_rows, values = memory.known_codes[period], memory.known_rows[period], memory.values[period]
-        bits = bits_of(known_rows)
-        following = 0
-        for state in range(len(states)):
-            row = row_of[state]
-            if row < following:
-                continue
-            following += 1
-            slot = slot_of(states[state], known_codes, known_rows, bits)
-            if known_rows[slot] < 0:
-                known_rows[slot] = memory.met[period]
-                known_codes[slot] = states[state]
-                memory.met[period] += 1
-            at = np.int64(known_rows[slot]) * width
-            for action in range(width):
-                values[at + action] = kept[period, row * width + action]
-
-
-@compiled_and_kept
-def recall(memory, codes, rows, initial_q, width, kept, carried):
-    """Begin Q-matrices with the values that the memory has of their observations.
-
-    Args:
-        memory: see `Memory`.
+        anew: whether the memory is that of a single period, which every period begins anew, because no later stage
+            needs it; so it stays in the cache.
+        codes_before: (periods, n_goals, cells before) int64, observation codes of the stage before.
+        rows_before: (periods, n_goals, cells before) int64, the row of each of its states.
+        kept_before: (periods, n_goals · cells before · width) float64, its Q-matrices, see `Lanes`.
         codes: (periods, n_goals, cells) int64, observation codes of the stage that begins.
         rows: (periods, n_goals, cells) int64, the row of each state.
         initial_q: value of what is not in the memory.
@@ -107,31 +131,27 @@ def recall(memory, codes, rows, initial_q, width, kept, carried):
         carried: (periods,) int32, output: number of rows that the memory had.
     """
     for period in range(len(codes)):
-        states, row_of = codes[period].ravel(), rows[period].ravel()
-        known_codes, known_rows, values = memory.known_codes[period], memory.known_rows[period], memory.values[period]
-        bits = bits_of(known_rows)
-        following = found = 0
-        for state in range(len(states)):
-            row = row_of[state]
-            if row < following:
-                continue
-            following += 1
-            at = np.int64(known_rows[slot_of(states[state], known_codes, known_rows, bits)]) * width
-            found += at >= 0
-            for action in range(width):
-                kept[period, row * width + action] = values[at + action] if at >= 0 else initial_q
-        carried[period] = found
+        at = 0 if anew else period
+        if anew:
+            memory.met[0] = 0
+            memory.known_rows[0] = -1
+        _remember(memory, at, codes_before[period].ravel(), rows_before[period].ravel(), kept_before[period], width)
+        carried[period] = _recall(
+            memory, at, codes[period].ravel(), rows[period].ravel(), initial_q, width, kept[period]
+        )  # fmt: skip
 
 
 @compiled_and_kept
-def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, width, kept, carried):
+def inherit(ancestors, first, taken, rows_before, kept_before, rows, initial_q, width, kept, carried):
     """Begin Q-matrices with the values of their states' ancestors: a row with the mean over those of its states.
 
     The mean is a running one, in the order of states: of equal values it is exactly that value.
 
     Args:
-        ancestors: (taken, n_goals, cells) int64, of each state one of the stage before, or -1.
-        first: number of the first of these periods.
+        ancestors: (taken, n_goals, cells) int64, of each state one of the stage before, or -1; or (1, n_goals, cells),
+            the same in all periods.
+        first: number of the first of the periods.
+        taken: number of periods.
         rows_before: (periods, n_goals, cells before) int64, rows of the stage before.
         kept_before: (periods, n_goals · cells before · width) float64, its Q-matrices.
         rows: (periods, n_goals, cells) int64, rows of the stage that begins.
@@ -141,8 +161,8 @@ def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, width, 
         carried: (periods,) int32, output: number of rows with an ancestor.
     """
     counts = np.empty(rows.shape[1] * rows.shape[2], dtype=np.int64)
-    for taken in range(len(ancestors)):
-        period, ancestor_of = first + taken, ancestors[taken].ravel()
+    for period in range(first, first + taken):
+        ancestor_of = ancestors[(period - first) % len(ancestors)].ravel()
         row_of, row_before = rows[period].ravel(), rows_before[period].ravel()
         counts[:] = 0
         kept[period] = initial_q
@@ -152,17 +172,24 @@ def inherit(ancestors, first, rows_before, kept_before, rows, initial_q, width, 
             if ancestor < 0:
                 continue
             counts[row] += 1
-            found += counts[row] == 1
-            for action in range(width):
-                at = row * width + action
-                value = kept_before[period, row_before[ancestor] * width + action]
-                mean = value if counts[row] == 1 else kept[period, at]
-                kept[period, at] = mean + (value - mean) / counts[row]
+            begin, begin_before = row * width, row_before[ancestor] * width
+            if counts[row] == 1:
+                found += 1
+                for action in range(width):
+                    kept[period, begin + action] = kept_before[period, begin_before + action]
+            else:
+                for action in range(width):
+                    mean = kept[period, begin + action]
+                    value = kept_before[period, begin_before + action]
+                    kept[period, begin + action] = mean + (value - mean) / counts[row]
         carried[period] = found
 
 
-def same_place(before: Scene, after: Scene) -> NDArray[np.int64]:
-    """Return the ancestors of states: equal success counter, and the cell at the same place of the grid before."""
-    counter = np.arange(after.goals.shape[1], dtype=np.int64)[:, np.newaxis]
-    ancestors = counter * cell_count(before.world) + place_of(after.world, before.world)
-    return np.ascontiguousarray(np.broadcast_to(ancestors, after.codes.shape))
+def same_place(before: World, after: World, n_goals: int) -> NDArray[np.int64]:
+    """Return the ancestors of states: equal success counter, and the cell at the same place of the grid before.
+
+    Returns:
+        (1, n_goals, cells) int64, the same in all periods.
+    """
+    counter = np.arange(n_goals, dtype=np.int64)[:, np.newaxis]
+    return (counter * cell_count(before) + place_of(after, before))[np.newaxis]

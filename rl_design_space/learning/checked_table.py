@@ -45,10 +45,18 @@ def checked_table(
     if not isinstance(table, np.ndarray) or table.shape != shape or table.dtype != dtype:
         found = f"{table.dtype} of shape {table.shape}" if isinstance(table, np.ndarray) else type(table).__name__
         raise ConfigError(f"{wanted}, not {found}")
-    if not table.size or not (table.min() >= low and table.max() <= high):  # no number at all is neither
-        found = f"it gives {table.min()} to {table.max()}" if table.size else "it gives none"
-        raise ConfigError(f"{wanted}, all {_range(low, high)}; {found}")
+    if not table.size:
+        raise ConfigError(f"{wanted}, all {_range(low, high)}; it gives none")
+    each = _each_once(table)
+    least, most = each.min(), each.max()
+    if not (least >= low and most <= high):  # no number at all is neither
+        raise ConfigError(f"{wanted}, all {_range(low, high)}; it gives {least} to {most}")
     return table
+
+
+def _each_once(table: NDArray[Scalar]) -> NDArray[Scalar]:
+    """Return an array without repetitions by broadcasting, as of codes that are the same in all periods."""
+    return table[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in table.strides)]
 
 
 def _range(low: float, high: float) -> str:

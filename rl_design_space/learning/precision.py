@@ -130,8 +130,8 @@ def next_stage(point: DesignPoint, learned: LearningCurves | None) -> DesignPoin
     Raises:
         ValueError: `learned` is a result of another point.
     """
-    if learned is not None and learned.known_point is not None and _fixed(point, 1) != _fixed(learned.point, 1):
-        raise ValueError("begun: a result of another point")
+    if learned is not None and learned.known_point not in (None, point):
+        _check_same_point(point, learned.point)
     rule = Precision.of_task(point.task)
     known = 0 if learned is None else len(learned.steps)
     if rule is None:
@@ -146,8 +146,16 @@ def next_stage(point: DesignPoint, learned: LearningCurves | None) -> DesignPoin
     return _first(result, _fixed(point, len(result.steps)))
 
 
+def _check_same_point(point: DesignPoint, learned: DesignPoint) -> None:
+    """Refuse a result of a point that differs in more than its number of periods."""
+    if _fixed(point, 1) != _fixed(learned, 1):
+        raise ValueError("begun: a result of another point")
+
+
 def _first(learned: LearningCurves, point: DesignPoint) -> LearningCurves:
     """Return the result of a point with a fixed number of periods, which have been learned."""
+    if learned.known_point is point and len(learned.steps) == point.task.periods:
+        return learned
     return replace(learned.first(point.task.periods), known_point=point)
 
 

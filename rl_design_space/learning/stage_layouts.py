@@ -97,6 +97,8 @@ def _settled(here: DesignPoint, wanted: _Cells) -> _Cells:
     """
     world, is_open = here.world, np.zeros(cell_count(here.world), dtype=np.bool_)
     is_open[places(here)] = True
+    if is_open[wanted].all() and np.diff(np.sort(wanted, axis=1), axis=1).all():
+        return wanted
     settled = np.empty_like(wanted)
     for place, cells in enumerate(wanted.T):
         settled[:, place] = cells

@@ -115,6 +115,26 @@ def filed(stages: Records) -> dict[str, NDArray[Any]]:
     }
 
 
+def misfit(arrays: Mapping[str, NDArray[Any]], periods: int, trials: int) -> str:
+    """Return which array of stages in a file is missing or has a wrong shape; empty if all fit, or there are none.
+
+    Args:
+        arrays: of the file, by name.
+        periods: number of periods.
+        trials: number of trials of all stages together.
+    """
+    if not any(name.startswith(_FILED) for name in arrays):
+        return ""
+    of_each = {"trials": (), "side": (), "optimum": (periods,), "rows": (periods, 2), "carried": (periods,)}
+    if missing := [name for name in of_each if f"{_FILED}{name}" not in arrays]:
+        return f"it lacks {_FILED}{missing[0]}"
+    count = arrays[f"{_FILED}trials"].shape[:1]
+    for name, shape in of_each.items():
+        if arrays[f"{_FILED}{name}"].shape != (*count, *shape):
+            return f"its {_FILED}{name} does not fit its stages"
+    return "" if arrays[f"{_FILED}trials"].sum() == trials else f"its {_FILED}trials does not fit its steps"
+
+
 def of_file(arrays: Mapping[str, NDArray[Any]]) -> tuple[StageRecord, ...]:
     """Return the stages that are in the arrays of a file."""
     if f"{_FILED}trials" not in arrays:

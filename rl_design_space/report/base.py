@@ -25,6 +25,7 @@ from rl_design_space.report.runs import Runs
 from rl_design_space.report.spreadsheet import without_formulas
 from rl_design_space.report.style import DOTS_PER_INCH, PRINTED, add_mark, number, save
 from rl_design_space.report.words import Words
+from rl_design_space.report.written import MainNumbers, Written
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
@@ -80,8 +81,16 @@ class Report(Look, ABC):
         """Return the paragraphs of the text."""
 
     def numbers(self, frames: Frames) -> list[str]:
-        """Return the main numbers as lines for a terminal; empty if the text begins with them."""
+        """Return the main numbers as sentences for a terminal; empty if they are the first table."""
         return []
+
+    def main_numbers(self, frames: Frames) -> MainNumbers:
+        """Return what the report has found, with labels: the sentences of `numbers`, or else its first table."""
+        heading = self._in_words(self.heading_of(frames))
+        if lines := self.numbers(frames):
+            return MainNumbers.of(heading, map(self.words, lines))
+        tables = self.tables(frames)
+        return MainNumbers.of(heading, frame=self.table_words.frame(tables[0]) if tables else None)
 
     def more_pictures(self, frames: Frames) -> Iterable[tuple[str, str, Figure]]:
         """Yield more pictures: what the name of the file adds to that of the report, a description, and the picture."""
@@ -91,7 +100,7 @@ class Report(Look, ABC):
         """Return the frames as they are written to CSV files; all of them unless a report says otherwise."""
         return frames
 
-    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
+    def write(self, study: Study, reader: Reader, folder: Path) -> Written:
         """Write PNG, SVG, CSV and Markdown files called after a study into a folder.
 
         Args:
@@ -100,14 +109,14 @@ class Report(Look, ABC):
             folder: made if it does not exist.
 
         Returns:
-            The paths written.
+            The paths written, with the main numbers.
 
         Raises:
             ConfigError: the runs do not have what the report needs.
         """
         return self.write_runs(Runs.of_study(study, reader), folder / study.name)
 
-    def write_runs(self, runs: Runs, stem: Path) -> list[Path]:
+    def write_runs(self, runs: Runs, stem: Path) -> Written:
         """Write the files of any runs, see `write`.
 
         Args:
@@ -133,13 +142,14 @@ class Report(Look, ABC):
             paths[-1:-1] = _write_tables(self.tables(frames), self.table_words, stem, [heading, runs.made_by])
         parts = [f"# {heading}", first, runs.made_by, *runs.remarks, *text, *more, *self.notes]
         paths[-1].write_text("\n\n".join(parts) + "\n", encoding="utf-8")
-        runs.tell([self.words(line) for line in self.numbers(frames)])
-        return paths
+        return Written(paths, [self.main_numbers(frames)])
 
     def tables(self, frames: Frames) -> list[pd.DataFrame]:
-        """Return the tables that are written for LaTeX, as texts: those of the text; else the main numbers."""
+        """Return the tables for LaTeX and the terminal, as texts: those of the text; else the main frame."""
         found = [part.frame for part in self.text(frames) if isinstance(part, Table)]
-        return found or [frames[MAIN].map(lambda cell: number(cell) if isinstance(cell, float) else str(cell))]
+        if found or MAIN not in frames:
+            return found
+        return [frames[MAIN].map(lambda cell: number(cell) if isinstance(cell, float) else str(cell))]
 
     def looking(self, look: Mapping[str, Any]) -> Self:
         """Return the report with other values of the fields of `Look`; labels and orders are added.

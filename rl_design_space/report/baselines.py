@@ -10,7 +10,6 @@ import pandas as pd
 from rl_design_space.analysis.learning_curves import random_walk_steps
 from rl_design_space.design import stages_of
 from rl_design_space.learning.layouts import layouts_of
-from rl_design_space.learning.memoryless import memoryless_steps
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.points import Point
 
@@ -37,6 +36,8 @@ def memoryless_level(seeds: Sequence[Point], known: dict[str, float]) -> float:
     points = [point.planned.point for point in seeds]
     if any(map(stages_of, points)):
         return float("nan")
+    from rl_design_space.learning.memoryless import memoryless_steps  # imports the compiler
+
     key = repr([(each.world, each.representation, each.msa, each.task, each.seed) for each in points])
     if key not in known:
         known[key] = float(np.mean(np.concatenate([memoryless_steps(each, layouts_of(each)) for each in points])))

@@ -23,6 +23,8 @@ from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.best_set import STAR, compared
 from rl_design_space.report.designs import Designs, chosen, given_label
+from rl_design_space.report.fitting import break_headings
+from rl_design_space.report.many import apart
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import label
 from rl_design_space.report.runs import Runs
@@ -30,6 +32,8 @@ from rl_design_space.report.style import number
 
 #: Designs that are drawn and listed in the text at most.
 _DRAWN, _LISTED = 30, 50
+#: Inches: height of a row, of each further line of its name, width of a letter, and of names for which there is room.
+_ROW, _LINE, _LETTER, _NAMES = 0.27, 0.12, 0.055, 3.2
 _ABOUT = "_about"
 _FOUND = ["value", "low", "high", "in_best_set", "loss_at_most", "probability_best", "periods_to_decide"]
 
@@ -163,9 +167,11 @@ def _periods(value: float) -> str:
 @style.styled()
 def _draw(rows: pd.DataFrame, value: str, look: Best) -> Figure:
     shown = rows.head(_DRAWN)
-    figure, (left, right) = plt.subplots(
-        1, 2, figsize=(9.5, max(3.0, 0.27 * len(shown) + 1.6)), layout="constrained", sharey=True, width_ratios=(3, 1)
-    )
+    names, common = apart(_labels(shown))
+    lines = [line for name in names for line in name.split("\n")]
+    row = _ROW + _LINE * (max(name.count("\n") for name in names))
+    size = 9.5 + max(0.0, max(map(len, lines)) * _LETTER - _NAMES), max(3.0, row * len(shown) + 1.6)
+    figure, (left, right) = plt.subplots(1, 2, figsize=size, layout="constrained", sharey=True, width_ratios=(3, 1))
     y = np.arange(len(shown))[::-1]
     for inside, colour in ((True, style.DARK_BLUE), (False, "0.6")):
         which = (shown["in_best_set"] == inside).to_numpy()
@@ -175,7 +181,7 @@ def _draw(rows: pd.DataFrame, value: str, look: Best) -> Figure:
             color=colour, linewidth=1.2, label=f"{'cannot' if inside else 'can'} be told from the best",
         )  # fmt: skip
         right.barh(y[which], shown["probability_best"][which], color=colour, height=0.6)
-    left.set_yticks(y, [name or "the design" for name in _labels(shown)], fontsize=7.5)
+    left.set_yticks(y, [name or "the design" for name in names], fontsize=7.5)
     left.set_ylim(-0.7, len(shown) - 0.3)
     if look.is_log(pd.concat([shown["low"], shown["high"]])):
         left.set_xscale("log")
@@ -192,4 +198,7 @@ def _draw(rows: pd.DataFrame, value: str, look: Best) -> Figure:
         style.tidy(axis)
     more = f" (the first {len(shown)} of {len(rows):,})" if len(rows) > len(shown) else ""
     figure.suptitle(f"{look.heading}{more}", fontsize=11)
+    if common:
+        figure.supxlabel(common, fontsize=7.5)
+        break_headings(figure)
     return figure

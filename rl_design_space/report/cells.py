@@ -8,13 +8,13 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from rl_design_space.report.coloured_cells import draw_cells
 from rl_design_space.report.look import COLOURS
 
 _HATCH: dict[str, Any] = {"hatch": "///", "fill": False, "edgecolor": "0.6"}
@@ -38,13 +38,12 @@ def colour_cells(
     Returns:
         The colour of text that can be read on each cell, by row and column.
     """
-    sns.heatmap(
-        values, ax=axis, norm=norm, vmin=norm.vmin, vmax=norm.vmax, cmap=colour_map, cbar=False,
-        square=square, linewidths=1.5, linecolor="white"
-    )  # fmt: skip
+    if square:
+        axis.set_aspect("equal")
+    mesh = draw_cells(axis, values, norm, colour_map, line_width=1.5)
     axis.tick_params(length=0)
-    axis.set_yticklabels(axis.get_yticklabels(), rotation=0)
-    colours = np.asarray(axis.collections[0].get_facecolor()).reshape(*values.shape, 4)
+    mesh.update_scalarmappable()
+    colours = np.asarray(mesh.get_facecolor()).reshape(*values.shape, 4)
     lightness = colours[..., :3] @ (0.299, 0.587, 0.114)
     return [["black" if light > 0.5 else "white" for light in row] for row in lightness]
 

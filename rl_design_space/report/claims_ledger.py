@@ -25,10 +25,11 @@ from rl_design_space.report.claims_judged import (
 )
 from rl_design_space.report.claims_picture import drawn
 from rl_design_space.report.claims_points import LargerSamples, RecordedPoints
-from rl_design_space.report.claims_text import paragraphs
+from rl_design_space.report.claims_text import counted, paragraphs, verdicts
 from rl_design_space.report.larger_samples import larger_samples
 from rl_design_space.report.points import smallest
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.written import MainNumbers, Written
 from rl_design_space.tracking.selection import Where
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class ClaimsLedger(Report):
                 raise ConfigError.unknown("on_larger_samples", name, built)
         return self
 
-    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
+    def write(self, study: Study, reader: Reader, folder: Path) -> Written:
         runs = Runs.of_study(study, reader)
         if self.larger_samples:
             missing = runs.remarks
@@ -127,6 +128,11 @@ class ClaimsLedger(Report):
 
     def draw(self, frames: Frames) -> Figure:
         return drawn(frames[PARTS], frames.get(LATER_PARTS), self.title)
+
+    def main_numbers(self, frames: Frames) -> MainNumbers:
+        """Return how many verdicts there are of each kind, and a row for each claim."""
+        claims = frames[MAIN]
+        return MainNumbers.of(self._in_words(self.heading), counted(claims), frame=verdicts(claims))
 
     def text(self, frames: Frames) -> list[str]:
         """Return the verdicts, and everything that each of them rests on."""

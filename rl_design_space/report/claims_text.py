@@ -13,6 +13,8 @@ from rl_design_space.analysis.claims import Verdict
 from rl_design_space.analysis.placebo import placebo
 from rl_design_space.report.markdown import table
 
+#: Column of the verdicts that came later.
+_LATER = "later_verdict"
 _HOW_TO_READ = (
     "A claim holds if all of its parts do, and fails if one of them does. The unit is the period; intervals are 95 % "
     "bootstrap intervals over periods, paired between points, because all points of one size meet the same layouts. "
@@ -37,9 +39,8 @@ def paragraphs(claims: pd.DataFrame, parts: pd.DataFrame, later_parts: pd.DataFr
         parts: as `claims_judged.parts_frame` returns them.
         later_parts: those of the later verdicts; None if there are none.
     """
-    found = [f"**{len(claims)} claims: {_counted(claims['verdict'])}.**"]
-    if later_parts is not None:
-        found.append(f"By criteria that came later: {_counted(claims['later_verdict'])}. {_HOW_LATER}")
+    first, *later = counted(claims)
+    found = [f"**{first}.**", *(f"{line}. {_HOW_LATER}" for line in later)]
     found.append(table(_shown(claims, parts)))
     if later_parts is not None:
         found += ["## Verdicts that came later", table(_shown(_as_later(claims), later_parts))]
@@ -50,7 +51,19 @@ def paragraphs(claims: pd.DataFrame, parts: pd.DataFrame, later_parts: pd.DataFr
     return [*found, _HOW_TO_READ]
 
 
-def _counted(verdicts: pd.Series[str]) -> str:
+def counted(claims: pd.DataFrame) -> list[str]:
+    """Return how many verdicts there are of each kind, as sentences without an end: registered, then later ones."""
+    later = [f"By criteria that came later: {_counts(claims[_LATER])}"] if _LATER in claims else []
+    return [f"{len(claims)} claims: {_counts(claims['verdict'])}", *later]
+
+
+def verdicts(claims: pd.DataFrame) -> pd.DataFrame:
+    """Return the verdicts on each claim, and what it says."""
+    later = {"later": claims[_LATER]} if _LATER in claims else {}
+    return pd.DataFrame({"claim": claims["claim"], "verdict": claims["verdict"], **later, "says": claims["statement"]})
+
+
+def _counts(verdicts: pd.Series[str]) -> str:
     counts = Counter(verdicts)
     return ", ".join(f"{counts[verdict]} {verdict}" for verdict in Verdict)
 

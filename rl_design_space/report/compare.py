@@ -23,7 +23,7 @@ from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.bounds import notes, shown, shown_interval, without_exact
 from rl_design_space.report.fitting import make_room
 from rl_design_space.report.look import LINEAR, RATIO
-from rl_design_space.report.many import HALF, MOST, Named, Top, named
+from rl_design_space.report.many import HALF, MOST, Named, Top, apart, named
 from rl_design_space.report.markdown import table
 from rl_design_space.report.pairs import OF_RATIO, Pair, ratio_of, row_of
 from rl_design_space.report.parameters import SEED, check_averaged, label
@@ -230,7 +230,8 @@ def _draw(every: pd.DataFrame, look: Compare) -> Figure:
             color=DARK_BLUE, markerfacecolor=face, markersize=5, linewidth=1.2,
         )  # fmt: skip
     axis.axvline(none, color="0.4", linewidth=1)
-    axis.set_yticks(y, frame["pair"])
+    names, common = apart(frame["pair"].tolist())
+    axis.set_yticks(y, names)
     axis.set_ylim(-0.6, len(frame) - 0.4)
     axis.xaxis.set_major_formatter(lambda number_, _: f"{number_:,g}")
     what = f"{look.value}: {look.b} over {look.a}" if ratios else f"difference of {look.value}"
@@ -241,7 +242,9 @@ def _draw(every: pd.DataFrame, look: Compare) -> Figure:
         _draw_range(axis, every[every["pair"] != _ALL]["ratio" if ratios else "difference"])
     axis.set_title(look.heading_of({MAIN: every}), fontsize=11)
     tidy(axis)
-    if len(frame) < len(every):
+    if common:
+        figure.supxlabel(common, fontsize=7.5)
+    if len(frame) < len(every) or common:
         make_room(figure)
     return figure
 

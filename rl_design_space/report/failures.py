@@ -113,6 +113,7 @@ class Failures(Report):
         return [
             table(pd.DataFrame(rows)),
             f"Of {sum(counts.values()):,} periods with a failed trial, of {examined_:,} examined: {told}.",
+            *self._left_out(main),
             f"The tail is the {self.tail:g} % of the periods that take most steps; of its periods up to {self.most} "
             f"are learned again. A failed trial is judged by its last {LAST:,} steps: a *circle* passes exactly the "
             "same states again and again; *in one observation* means that all these steps begin with the same. "
@@ -123,6 +124,21 @@ class Failures(Report):
             "failure is *not learned*; where it is proven that none does, it *cannot be represented*; otherwise it is "
             "*open*.",
         ]
+
+    def _left_out(self, designs: pd.DataFrame) -> list[str]:
+        """Return what picture and text leave out, as a paragraph; none if they show everything."""
+        of_tails, learned, notes = int(designs["tail_periods"].sum()), int(designs["examined"].sum()), []
+        if learned < of_tails:
+            notes.append(
+                f"{learned:,} of the {of_tails:,} periods of the tails are examined, evenly spaced from the most steps "
+                f"to the least: at most {self.most} of a design."
+            )
+        if len(designs) > _DRAWN:
+            notes.append(
+                f"The picture shows the {_DRAWN} of {len(designs)} designs with the most failed periods; table and CSV "
+                "files have the others."
+            )
+        return [" ".join(notes)] if notes else []
 
 
 def _names(points: Sequence[Point]) -> list[str]:

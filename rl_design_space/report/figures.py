@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._strict import STRICT
 from rl_design_space.report.base import Report
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.written import Written
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
@@ -37,14 +38,13 @@ class Figures:
     look: dict[str, Any] = Field(default_factory=dict)
     figures: Annotated[dict[str, Annotated[Any, AfterValidator(_a_figure)]], Field(min_length=1)]
 
-    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
+    def write(self, study: Study, reader: Reader, folder: Path) -> Written:
         """Write the files of each report, see `Report.write`."""
         runs = Runs.of_study(study, reader)
-        return [
-            path
+        return Written.joined(
+            figure.looking(self.look).write_runs(runs, folder / f"{study.name}-{name}")
             for name, figure in self.figures.items()
-            for path in figure.looking(self.look).write_runs(runs, folder / f"{study.name}-{name}")
-        ]
+        )
 
     def looking(self, look: Mapping[str, Any]) -> Figures:
         """Return the same figures with other values of the fields of `Look`."""

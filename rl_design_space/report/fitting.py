@@ -20,6 +20,8 @@ _POINTS_PER_INCH = 72
 _NAMES, _LEGEND = 0.42, 0.4
 #: Width of a letter over the size of its text, on average; distance of lines; lines between an axis and a legend below.
 _LETTER, _LINE, _BELOW = 0.52, 1.3, 3.6
+#: Share of the width that names in a legend below an axis have.
+_BELOW_WIDTH = 0.85
 #: Share of the height or width of its part of the picture that an axis has.
 _OF_PART = 0.75
 #: A space that is no place for a line break.
@@ -92,7 +94,10 @@ def _put_legend_aside(axes: Axes) -> float:
     if _inches(longest + 6, size) < _LEGEND * room:
         return 0.0
     legend.set_bbox_to_anchor((0.5, -0.1), transform=axes.transAxes)
-    return len(legend.get_texts()) * _LINE * size / _POINTS_PER_INCH
+    for text in legend.get_texts():
+        text.set_text(_broken(text.get_text(), _BELOW_WIDTH * figure.get_size_inches()[0], size))
+    lines = sum(text.get_text().count("\n") + 1 for text in legend.get_texts())
+    return lines * _LINE * size / _POINTS_PER_INCH
 
 
 def _put_below_label(axes: Axes) -> None:

@@ -8,12 +8,13 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import seaborn as sns
 from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.patches import Rectangle
 
 from rl_design_space.report.cells import Line, hatch, write
+from rl_design_space.report.coloured_cells import draw_cells
 from rl_design_space.report.definitions import in_order
 from rl_design_space.report.grading import GRADES
 from rl_design_space.report.style import FRAME, GREEN, GREY, VERMILION, number, styled
@@ -65,16 +66,13 @@ def _draw_cells(figure: FigureBase, cells: pd.DataFrame, labels: Mapping[str, st
     for cell in cells[cells["grade"] != ""].to_dict("records"):
         shade[rows.index(cell["row"]), columns.index(cell["column"])] = GRADES.index(cell["grade"])
     axis = figure.subplots()
-    sns.heatmap(
-        shade, ax=axis, cmap=_COLOURS, vmin=-0.5, vmax=len(GRADES) - 0.5, cbar=False, linewidths=2,
-        linecolor="white", xticklabels=[labels.get(c, c) for c in columns],
-        yticklabels=[labels.get(r, r) for r in rows],
-    )  # fmt: skip
+    shown = [labels.get(row, row) for row in rows], [labels.get(column, column) for column in columns]
+    norm = Normalize(-0.5, len(GRADES) - 0.5)
+    draw_cells(axis, pd.DataFrame(shade, *shown), norm, ListedColormap(_COLOURS), line_width=2)
     for cell in cells.to_dict("records"):
         _write_cell(axis, cell, columns.index(cell["column"]), rows.index(cell["row"]), source)
     axis.tick_params(length=0, labelsize=10)
     axis.xaxis.tick_top()
-    axis.set_yticklabels(axis.get_yticklabels(), rotation=0)
     compared = bool((cells["paper"] != "").any())
     framed = f' Framed in orange: the grade differs from the one after "{source}:".' if compared else ""
     figure.supxlabel(f"{_LARGE}{framed}\nHatched: missing or not measured.", fontsize=8)

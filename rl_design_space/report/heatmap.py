@@ -97,16 +97,22 @@ class Heatmap(Report):
         names = [", ".join(map(self.words.name, each)) for each in (self.rows, self.cols)]
         return [placed.rename_axis(index=" / ".join(names), columns=None).reset_index()]
 
+    def numbers(self, frames: Frames) -> list[str]:
+        """Return least and largest value."""
+        return [f"{which}: {value} with {cell}" for which, value, cell in self._ends(frames)]
+
+    def _ends(self, frames: Frames) -> list[tuple[str, str, str]]:
+        """Return least and largest value, with the parameters of their cells; nothing if no cell is known."""
+        names = [*self.rows, *self.cols]
+        ordered = frames[MAIN].dropna(subset="value").sort_values("value").to_dict("records")
+        ends = (("Least", ordered[0]), ("Most", ordered[-1])) if ordered else ()
+        return [(which, shown(row), label(names, [row[name] for name in names])) for which, row in ends]
+
     def text(self, frames: Frames) -> list[str]:
         """Return least and largest value, and how many cells are missing."""
         cells = frames[MAIN]
-        names = [*self.rows, *self.cols]
         known = cells.dropna(subset="value")
-        parts = []
-        if len(known):
-            ordered = known.sort_values("value").to_dict("records")
-            for which, row in (("Least", ordered[0]), ("Most", ordered[-1])):
-                parts.append(f"{which}: {shown(row)} with {escaped(label(names, [row[name] for name in names]))}.")
+        parts = [f"{which}: {value} with {escaped(cell)}." for which, value, cell in self._ends(frames)]
         if missing := len(cells) - len(known):
             parts.append(f"Hatched: {missing} of {len(cells)} cells have no run.")
         star = [BEST_NOTE] if IN_SET in cells else []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar
 
@@ -31,6 +33,10 @@ from rl_design_space.report.style import number
 
 #: Pairs that are drawn if none are named; lines of a panel that have a name in its legend.
 _PAIRS, _LINES = 4, 8
+#: Inches: height of a letter of a name below an axis, which is turned, and of such names for which there is room.
+_LETTER, _TICKS = 0.05, 0.8
+#: Most letters of a line of such a name.
+_LONGEST = 36
 _ABOUT = "_about"
 
 
@@ -188,12 +194,13 @@ def _rows(one: Factor, other: Factor, grids: Grids, numbers: Numbers) -> list[di
     beyond = [each - each.mean(axis=-1, keepdims=True) for each in differences]
     ends, more_ends = percentile_interval(differences[1]), percentile_interval(beyond[1])
     levels, others = part.levels[axes[0]], part.levels[axes[1]]
+    names, at_names = _names(one, levels), _names(other, others)
     return [
         {
             "pair": f"{one.name}{PAIR}{other.name}",
-            "value": _short(one, level),
-            "reference": _short(one, levels[0]),
-            "at": _short(other, at),
+            "value": name,
+            "reference": names[0],
+            "at": at,
             "difference": differences[0][row, column],
             "low": ends[0][row, column],
             "high": ends[1][row, column],
@@ -202,13 +209,19 @@ def _rows(one: Factor, other: Factor, grids: Grids, numbers: Numbers) -> list[di
             "interaction_high": more_ends[1][row, column],
             "designs": part.points.size,
         }
-        for row, level in enumerate(levels[1:])
-        for column, at in enumerate(others)
+        for row, name in enumerate(names[1:])
+        for column, at in enumerate(at_names)
     ]
 
 
-def _short(factor: Factor, level: Level) -> str:
-    return described(factor, level) or f"{factor.name} as usual"
+def _names(factor: Factor, levels: Sequence[Level]) -> list[str]:
+    """Return levels as on the command line, without parameters that are the same in all levels that have them."""
+    values = [set(column).difference([None]) for column in zip(*levels, strict=True)]
+    shorter = [
+        tuple(value if len(found) > 1 else None for value, found in zip(level, values, strict=True)) for level in levels
+    ]
+    apart = shorter if len(set(shorter)) == len(set(levels)) else levels
+    return [described(factor, level) or f"{factor.name} as usual" for level in apart]
 
 
 @style.styled()
@@ -216,8 +229,10 @@ def _draw(frame: pd.DataFrame, look: Interactions) -> Figure:
     pairs = list(frame.groupby("pair", sort=False))
     columns = min(2, len(pairs))
     rows = -(-len(pairs) // columns)
+    longest = max(len(line) for _, pair in pairs for tick in _ticks(pair, look)[1] for line in tick.split("\n"))
+    higher = max(longest * _LETTER - _TICKS, 0)
     figure, axes = plt.subplots(
-        rows, columns, figsize=(7.2 * columns, 3.6 * rows + 0.4), layout="constrained", squeeze=False
+        rows, columns, figsize=(7.2 * columns, (3.6 + higher) * rows + 0.4), layout="constrained", squeeze=False
     )
     for axis, (_, pair) in zip(axes.flat, pairs, strict=False):
         _panel(axis, pair, look)
@@ -240,12 +255,10 @@ def _panel(axis: Axes, pair: pd.DataFrame, look: Interactions) -> None:
             label=name if len(lines) <= _LINES or place in (0, len(lines) - 1) else None,
         )  # fmt: skip
     axis.axhline(0, color="0.4", linewidth=1)
-    common = _common(at)
-    axis.set_xticks(
-        range(len(at)), [look.words.value(common[:-1], each.removeprefix(common)) for each in at],
-        rotation=0 if sum(map(len, at)) - len(at) * len(common) < 70 else 60, fontsize=7.5,
-    )  # fmt: skip
-    axis.set_xlabel(common.rstrip("=") or str(pair["pair"].iloc[0]).rpartition(PAIR)[2])
+    name, ticks = _ticks(pair, look)
+    turned: dict[str, Any] = {"rotation": 60, "ha": "right", "rotation_mode": "anchor"}
+    axis.set_xticks(range(len(at)), ticks, **(turned if sum(map(len, ticks)) >= 70 else {}), fontsize=7.5)
+    axis.set_xlabel(name)
     axis.set_ylabel(f"difference of {scale}\nfrom {pair['reference'].iloc[0]}")
     if _is_log(scale):
         right = axis.secondary_yaxis("right", functions=(lambda y: y, lambda y: y))
@@ -255,7 +268,16 @@ def _panel(axis: Axes, pair: pd.DataFrame, look: Interactions) -> None:
     axis.legend(frameon=False, fontsize=7.5, loc="best")
 
 
-def _common(names: Sequence[str]) -> str:
-    """Return the name of the parameter that all names begin with, with the equals sign; empty if there is none."""
-    first = names[0].partition("=")[0] + "="
-    return first if all(name.startswith(first) and " " not in name for name in names) else ""
+def _ticks(pair: pd.DataFrame, look: Interactions) -> tuple[str, list[str]]:
+    """Return the name of the x-axis and its values, which do not repeat it: `linear k=0.03` at exploration."""
+    at = list(pair["at"].unique())
+    first = at[0].partition("=")[0] + "="
+    if all(each.startswith(first) and " " not in each for each in at):
+        return first[:-1], [look.words.value(first[:-1], each.removeprefix(first)) for each in at]
+    name = str(pair["pair"].iloc[0]).rpartition(PAIR)[2]
+    ticks = []
+    for each in at:
+        labelled = look.words(each)
+        brief = re.sub(rf"(^| ){re.escape(name)}(=|\.)", r"\1", each)
+        ticks.append(textwrap.fill(brief if labelled == each else labelled, _LONGEST))
+    return name, ticks

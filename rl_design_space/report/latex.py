@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 import pandas as pd
 
-from rl_design_space.report.markdown import alignment
+from rl_design_space.report.markdown import MARKED, alignment
 
 #: What means more than itself in LaTeX, and signs that its usual fonts do not have. A bracket after the end of a row
 #: would be an argument of it.
@@ -20,8 +19,6 @@ _SIGNS = {
     "→": r"$\rightarrow$", "∞": r"$\infty$", "✓": r"$\surd$", "✗": r"$\times$", "\xa0": "~",
 }  # fmt: skip
 _TABLE = str.maketrans(_SIGNS)
-#: Code and bold text in Markdown.
-_MARKED = re.compile(r"(`+)(.+?)\1|\*\*(.+?)\*\*")
 
 
 def latex_table(frame: pd.DataFrame, made_by: Sequence[str] = ()) -> str:
@@ -55,7 +52,7 @@ def _row(cells: Sequence[str]) -> str:
 
 def _cell(text: str) -> str:
     parts, begin = [], 0
-    for match in _MARKED.finditer(text):
+    for match in MARKED.finditer(text):
         parts.append(text[begin : match.start()].translate(_TABLE))
         command, inner = (r"\texttt", match[2].strip()) if match[2] else (r"\textbf", match[3])
         parts.append(f"{command}{{{inner.translate(_TABLE)}}}")

@@ -71,6 +71,9 @@ def _formats(value: Any) -> tuple[str, ...]:
 
 def _colour_map(value: Any) -> Any:
     if isinstance(value, str) and value and value not in mpl.colormaps:
+        import seaborn  # noqa: F401  # which registers its own
+
+    if isinstance(value, str) and value and value not in mpl.colormaps:
         nearest = get_close_matches(value, list(mpl.colormaps), n=1, cutoff=0.5)
         hint = f"did you mean {nearest[0]}?" if nearest else "there are viridis, cividis, Blues, tab10 and others"
         raise ValueError(f"Matplotlib and seaborn have no such colour map; {hint}")

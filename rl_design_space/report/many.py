@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import Annotated
 
@@ -20,6 +21,26 @@ Named = Annotated[
 Top = Annotated[int, Field(ge=1)]
 #: Quantiles between which most of the others lie, and half of them.
 MOST, HALF = (0.1, 0.9), (0.25, 0.75)
+#: Letters: of a name that has room in a picture, and of a line of one that has not.
+_LONG, _LINE = 60, 90
+
+
+def apart(names: Sequence[str]) -> tuple[list[str], str]:
+    """Return names for a picture, in lines, and what all of them have in common if some are long.
+
+    Args:
+        names: values of parameters, as on the command line.
+
+    Returns:
+        The names without their common parts, and a note that lists these; no note, and whole names, if all are short.
+    """
+    if max(map(len, names), default=0) <= _LONG:
+        return list(names), ""
+    parts = [name.split() for name in names]
+    common = [part for part in parts[0] if len(parts) > 1 and all(part in other for other in parts)]
+    shorter = [" ".join(part for part in each if part not in common) for each in parts]
+    note = f"In common: {' '.join(common)}" if common else ""
+    return [textwrap.fill(name, _LINE) for name in shorter], note
 
 
 def named(names: Iterable[str], wanted: Sequence[str]) -> list[str]:

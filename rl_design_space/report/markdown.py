@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, Literal
 
 import pandas as pd
 
@@ -11,6 +11,8 @@ from rl_design_space._markdown import escaped
 
 #: A cell of a column that is aligned on the right.
 _NUMBER = re.compile(r"[-−]?[\d.,]+ ?%?")
+#: Code and bold text in a cell.
+MARKED = re.compile(r"(`+)(.+?)\1|\*\*(.+?)\*\*")
 
 
 class Table(str):
@@ -36,7 +38,12 @@ def _cell(value: Any) -> str:
     return escaped(str(value))
 
 
-def alignment(cells: list[str]) -> str:
+def unmarked(cell: str) -> str:
+    """Return a cell as it is shown where there is neither code nor bold text."""
+    return MARKED.sub(lambda found: found[2].strip() if found[2] else found[3], cell)
+
+
+def alignment(cells: list[str]) -> Literal["left", "right"]:
     """Return on which side the cells of a column are aligned."""
     filled = [text for text in cells if text]
     return "right" if filled and all(_NUMBER.fullmatch(text) for text in filled) else "left"

@@ -28,6 +28,7 @@ from rl_design_space.report.multiverse_numbers import Numbers
 from rl_design_space.report.multiverse_outcomes import ClaimOutcomes, Row, asked, choices, outcomes
 from rl_design_space.report.multiverse_points import AND, ReadPoints, Space, alternatives, readings_of
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.written import MainNumbers
 from rl_design_space.tracking.selection import Where
 
 CLAIMS, FACTORS, JOINT, CURVE, NEAR = "_claims", "_factors", "_joint", "_curve", "_near"
@@ -115,6 +116,13 @@ class Multiverse(Report):
 
     def draw(self, frames: Frames) -> Figure:
         return multiverse_figure.heatmap(unselected(frames[MAIN]), frames[CLAIMS], self.title)
+
+    def main_numbers(self, frames: Frames) -> MainNumbers:
+        """Return how many marks there are of each kind, and a row for each claim."""
+        claims = frames[CLAIMS]
+        return MainNumbers.of(
+            self._in_words(self.heading), multiverse_text.counted(claims), multiverse_text.marks(claims)
+        )
 
     def text(self, frames: Frames) -> list[str]:
         """Return the marks, what each hangs on, the joint specification, and how the words are to be read."""

@@ -19,12 +19,11 @@ _LISTED = 3
 
 def paragraphs(claims: pd.DataFrame, factors: pd.DataFrame, joint: pd.DataFrame, triples: Sequence[str]) -> list[str]:
     """Return the paragraphs of the text; see `Multiverse.frames` for the frames, and `triples`."""
-    counts = Counter(claims["mark"])
-    counted = ", ".join(f"{counts[mark]} {_plural(mark, counts[mark])}" for mark in Mark)
+    (first,) = counted(claims)
     missing = claims[claims["missing"].str.startswith("missing")]
     return [
-        f"**{len(claims)} claims under {claims['specifications'].sum():,} specifications: {counted}.**",
-        table(pd.DataFrame([_row(each) for each in claims.to_dict("records")], columns=_HEADER)),
+        f"**{first}.**",
+        table(marks(claims)),
         *(f"{each['claim']}: {each['missing']}" for each in missing.to_dict("records")),
         "## What each verdict hangs on",
         table(_hanging(claims, factors)),
@@ -35,6 +34,18 @@ def paragraphs(claims: pd.DataFrame, factors: pd.DataFrame, joint: pd.DataFrame,
         "## How to read this",
         *_HOW_TO_READ,
     ]
+
+
+def counted(claims: pd.DataFrame) -> list[str]:
+    """Return how many marks there are of each kind, as a sentence without an end."""
+    counts = Counter(claims["mark"])
+    parts = ", ".join(f"{counts[mark]} {_plural(mark, counts[mark])}" for mark in Mark)
+    return [f"{len(claims)} claims under {claims['specifications'].sum():,} specifications: {parts}"]
+
+
+def marks(claims: pd.DataFrame) -> pd.DataFrame:
+    """Return the mark of each claim with its shares, as texts."""
+    return pd.DataFrame([_row(each) for each in claims.to_dict("records")], columns=_HEADER)
 
 
 def triples(near: pd.DataFrame, factor: float, specifications: int) -> list[str]:

@@ -31,9 +31,12 @@ class Ordering:
         Numbers ascend, unless the study lists them from the largest to the least: its blocks may each hold some.
 
         Args:
-            values: of each parameter, as often as they occur.
+            values: of each parameter, as often as they occur; a list is one value.
         """
-        found = {name: [each for each in dict.fromkeys(listed) if each is not None] for name, listed in values.items()}
+        found = {
+            name: list(dict.fromkeys(comparable(each) for each in listed if each is not None))
+            for name, listed in values.items()
+        }
         return cls({name: listed for name, listed in found.items() if _is_meant(listed)})
 
     def replaced(self, wanted: Mapping[str, Sequence[Any]], known: Mapping[str, set[Any]]) -> Ordering:

@@ -32,6 +32,7 @@ from rl_design_space.learning.cores import available_threads
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study
 from rl_design_space.report.page_claims import PageClaim, page_claims
+from rl_design_space.report.written import MainNumbers, Written, numbers_of
 
 if TYPE_CHECKING:
     from rl_design_space.tracking.read import Reader
@@ -83,16 +84,23 @@ class Page:
     default: bool = False
     look: dict[str, Any] = Field(default_factory=dict)
 
-    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
-        """Write the files of every report and index.html into a folder, see `Report.write`."""
+    def write(self, study: Study, reader: Reader, folder: Path) -> Written:
+        """Write the files of every report and index.html into a folder, see `Report.write`.
+
+        The main numbers are those of the verdicts.
+        """
         folder.mkdir(parents=True, exist_ok=True)
-        paths, sections = [], []
+        paths: list[Path] = []
+        sections = []
+        numbers: tuple[MainNumbers, ...] = ()
         planned = {each.name: each for each in study.included}
         with shipped_config():
             planner = Planner()
             parts = [planned.get(name) or load_study(name, study.overrides, planner) for name in self.sections]
         for part, written in zip(parts, _write_all(parts, reader, folder, self.look), strict=True):
             paths += written
+            if part.name == self.verdicts:
+                numbers = numbers_of(written)
             (text,) = (path for path in written if path.suffix == ".md")
             runs = reader.link(self.ui, part.name) if part.plan else ""
             sections.append(_section(part.name, text, runs))
@@ -105,7 +113,7 @@ class Page:
         claims = page_claims(folder / f"{self.verdicts}.csv", multiverse)
         explorer = _EXPLORER if (folder / _EXPLORER).exists() else ""
         page.write_text(self.render(study, sections, claims, explorer), encoding="utf-8")
-        return [*paths, page]
+        return Written([*paths, page], numbers)
 
     def looking(self, look: Mapping[str, Any]) -> Page:
         """Return the same page with other values of the fields of `Look`; a title is that of the page."""

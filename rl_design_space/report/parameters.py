@@ -15,8 +15,8 @@ PERIODS = "task.periods"
 
 
 def text(value: Any) -> str:
-    """Return a value of a parameter as text."""
-    if value is None:
+    """Return a value of a parameter as text; frames have NaN where a column of numbers lacks one."""
+    if value is None or value != value:
         return "–"
     return f"{value:g}" if isinstance(value, float) else str(value)
 

@@ -21,6 +21,8 @@ from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.cells import colour_cells, write
 from rl_design_space.report.designs import Designs, chosen, given_label
+from rl_design_space.report.fitting import break_headings
+from rl_design_space.report.many import apart
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import label
 from rl_design_space.report.runs import Runs
@@ -28,6 +30,8 @@ from rl_design_space.report.runs import Runs
 #: Levels of steps / optimum at which shares are computed; levels of the table in the text.
 _LEVELS, _LISTED = 120, (1.5, 2, 3, 5, 10)
 IMPROVEMENT = "_improvement"
+#: Inches: height of a line of the legend.
+_LINE = 0.16
 _ABOUT = "_about"
 
 
@@ -149,12 +153,14 @@ def _probability(estimate: Any) -> dict[str, float]:
 def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, look: Profile) -> Figure:
     lines = list(rows.groupby("design", sort=False))
     both = len(pairs) > 0
+    labels, common = apart([str(name) for name, _ in lines])
+    more = sum(name.count("\n") for name in labels) + 2 * bool(common)
     figure, axes = plt.subplots(
-        1, 1 + both, figsize=(14 if both else 7.5, 4.8 + 0.1 * len(lines)), layout="constrained", squeeze=False,
-        width_ratios=(1.15, 1) if both else None,
+        1, 1 + both, figsize=(14 if both else 7.5, 4.8 + 0.1 * len(lines) + _LINE * more), layout="constrained",
+        squeeze=False, width_ratios=(1.15, 1) if both else None,
     )  # fmt: skip
     axis = axes[0, 0]
-    for place, ((name, line), colour) in enumerate(zip(lines, look.colours(len(lines)), strict=True)):
+    for place, (name, (_, line), colour) in enumerate(zip(labels, lines, look.colours(len(lines)), strict=True)):
         x = line["steps_over_optimum"]
         axis.fill_between(x, line["low"], line["high"], color=colour, alpha=0.2, linewidth=0)
         dashes = style.DASHES[place % len(style.DASHES)]
@@ -174,6 +180,9 @@ def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, look: Profile) -> Figure:
     if both:
         _matrix(axes[0, 1], pairs, [name for name, _ in lines], look.cells_map)
     figure.suptitle(look.heading, fontsize=11)
+    if common:
+        figure.supxlabel(common, fontsize=7.5)
+        break_headings(figure)
     return figure
 
 

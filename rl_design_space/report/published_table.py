@@ -31,6 +31,7 @@ from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, largest
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import interval, styled
+from rl_design_space.report.written import Written
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
@@ -73,7 +74,7 @@ class PublishedTable(Report):
         """Parameter by CSV column, of panel, row and column in this order."""
         return {**self.panel, **self.row, **self.column}
 
-    def write(self, study: Study, reader: Reader, folder: Path) -> list[Path]:
+    def write(self, study: Study, reader: Reader, folder: Path) -> Written:
         runs = Runs.of_study(study, reader)
         if self.larger_samples:
             runs = runs.with_larger(*larger_samples(self.larger_samples, study, reader))

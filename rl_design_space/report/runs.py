@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -77,8 +77,6 @@ class Runs(ChosenPoints):
         self._used: set[Point] = set()
         #: Iterates over items, and shows how far it is.
         self.watch: Watch = unwatched
-        #: Takes the main numbers of a report, as lines.
-        self.tell: Callable[[Sequence[str]], None] = lambda lines: None
 
     @classmethod
     def of_study(cls, study: Study, reader: Reader) -> Runs:

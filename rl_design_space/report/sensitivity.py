@@ -23,7 +23,7 @@ from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.bounds import BOUNDS, NOTE, is_bound, shown, shown_interval, without_exact
 from rl_design_space.report.fitting import make_room
 from rl_design_space.report.look import LINEAR, LOG, RATIO
-from rl_design_space.report.many import HALF, MOST, Named, Top, named
+from rl_design_space.report.many import HALF, MOST, Named, Top, apart, named
 from rl_design_space.report.markdown import table
 from rl_design_space.report.parameters import label, text
 from rl_design_space.report.runs import Runs
@@ -46,9 +46,10 @@ class Sensitivity(Report):
     Attributes:
         parameter: along the axis.
         value: scalar or measure that is shown, see docs/reports.md.
-        named: lines that are drawn by name if there are many, by values that they have; the three that depend most on
-            the parameter if left out.
-        top: number of lines that the text lists, those that depend most first; all are in the CSV file.
+        named: lines that are drawn by name if there are many, and that the text lists in any case, by values that they
+            have; the three that depend most on the parameter if left out.
+        top: number of lines that the text lists, those that depend most after those that are named; all are in the CSV
+            file.
         title: heading of the report and its picture; made of the other fields if empty.
     """
 
@@ -88,8 +89,11 @@ class Sensitivity(Report):
         """Return least and largest value of each line, and their ratio."""
         rows = []
         lines = {str(name): line for name, line in frames[MAIN].groupby("line", sort=False)}
+        wanted = named(lines, self.named)
         many = len(lines) > self.top
-        for name in _most_dependent(frames[MAIN])[: self.top] if many else lines:
+        others = [name for name in _most_dependent(frames[MAIN]) if name not in wanted] if many else []
+        listed = [*wanted, *others[: max(0, self.top - len(wanted))]] if many else list(lines)
+        for name in listed:
             ordered = lines[name].sort_values("value").to_dict("records")
             least, most = ordered[0], ordered[-1]
             ends = [(text(end[self.parameter]), f"{shown(end)} ({shown_interval(end)})") for end in (least, most)]
@@ -98,7 +102,7 @@ class Sensitivity(Report):
             rows.append((name, *ends[0], *ends[1], ratio))
         header = ["line", f"least {self.value} at", "least", "most at", "most", "most / least"]
         return [
-            *([f"The {self.top} of {len(lines)} lines that depend most; the CSV file has the others."] if many else []),
+            *([_left_out(len(listed), len(lines), len(wanted))] if many else []),
             table(pd.DataFrame(rows, columns=header)),
             "In brackets: 95 % bootstrap intervals over periods.",
             *([f"{NOTE} {NO_RATIO.capitalize()}."] if BOUNDS in frames[MAIN] else []),
@@ -114,6 +118,15 @@ class Sensitivity(Report):
         if self.scale == RATIO and not positive:
             raise ConfigError.at("scale", RATIO, f"needs numbers above 0; the least is {frame['value'].min():g}")
         return self.scale == RATIO or (not self.scale and positive and frame["line"].nunique() > _NAMED)
+
+
+def _left_out(listed: int, lines: int, wanted: int) -> str:
+    """Return which of the lines the text lists."""
+    which = f"The {listed} of {lines} lines that depend most"
+    if wanted:
+        others = " and those that depend most" if listed > wanted else ""
+        which = f"{listed} of {lines} lines, {wanted} by name{others}"
+    return f"{which}; the CSV file has the others."
 
 
 def _relative(frame: pd.DataFrame) -> pd.DataFrame:
@@ -142,16 +155,18 @@ def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
     relative = look.is_relative(frame)
     drawn = _relative(frame) if relative else frame
     figure, axis = plt.subplots(figsize=(7.5, 4.6), layout="constrained")
-    shown = names if few else named(names, look.named) or _most_dependent(frame)[:_FEW]
+    wanted = named(names, look.named)
+    shown = names if few else wanted or _most_dependent(frame)[:_FEW]
     others = [] if few else _draw_range(axis, drawn)
     lines = []
-    for place, (name, colour) in enumerate(zip(shown, look.colours(len(shown)), strict=True)):
+    legends, common = apart(shown)
+    for place, (name, legend, colour) in enumerate(zip(shown, legends, look.colours(len(shown)), strict=True)):
         line = drawn[drawn["line"] == name]
         lines.append(
             axis.errorbar(
                 line["x"], line["value"], yerr=style.beyond(line["low"], line["value"], line["high"]),
                 color=colour, marker=style.MARKERS[place % len(style.MARKERS)], markersize=4,
-                linewidth=1.2, label=name,
+                linewidth=1.2, label=legend,
             )
         )  # fmt: skip
     if relative:
@@ -167,7 +182,9 @@ def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
     style.tidy(axis)
     if names != [_EVERYTHING]:
         style.legend_beside(axis, [*others, *lines])
-    if not few:
+    if common:
+        figure.supxlabel(common, fontsize=7.5)
+    if not few or common:
         make_room(figure)
     return figure
 

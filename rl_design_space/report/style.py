@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from contextlib import ContextDecorator
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,11 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 from matplotlib.transforms import ScaledTranslation
@@ -31,6 +31,10 @@ from rl_design_space._arrays import FloatArray
 #: Colours that can be told apart by colour-blind readers (Okabe and Ito).
 BLUE, VERMILION, ORANGE, GREEN = "#0072b2", "#d55e00", "#e69f00", "#009e73"
 DARK_BLUE, FRAME, LIGHT_GREEN, GREY = "#1f4e79", "#e07b00", "#c7e0c7", "#555555"
+#: The palette of that name in seaborn.
+_COLORBLIND = (
+    "#0173b2", "#de8f05", "#029e73", "#d55e00", "#cc78bc", "#ca9161", "#fbafe4", "#949494", "#ece133", "#56b4e9",
+)  # fmt: skip
 #: Lines and points that can be told apart without colours.
 DASHES: list[Any] = ["-", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2))]
 MARKERS = "osD^vP"
@@ -66,6 +70,10 @@ def styled(font_size: float = 9) -> ContextDecorator:
 
 def colours(number: int, palette: str = "colorblind") -> Sequence[Any]:
     """Return so many colours of a palette of seaborn."""
+    if palette == "colorblind":
+        return list(islice(cycle(map(to_rgb, _COLORBLIND)), number))
+    import seaborn as sns  # which takes a second and a half
+
     found: Sequence[Any] = sns.color_palette(palette, number)
     return found
 
@@ -119,13 +127,13 @@ def legend_beside(axis: Axes, handles: Sequence[Any] | None = None) -> None:
 
 
 def number(value: float, form: str = "") -> str:
-    """Return a measured number as text.
+    """Return a measured number as text; one that is rounded to zero has no sign.
 
     Args:
         value: the number.
-        form: its format; three significant digits, and all digits before the point, if empty.
+        form: its format, without a sign; three significant digits, and all digits before the point, if empty.
     """
-    return f"{value:{form}}" if form else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+    return f"{value:z{form}}" if form else f"{value:,.0f}" if abs(value) >= 1000 else f"{value:z.3g}"
 
 
 def interval(low: float, high: float, form: str = "") -> str:
@@ -162,6 +170,8 @@ def save(figure: Figure, stem: Path, dots_per_inch: float = DOTS_PER_INCH, *, pd
     FigureCanvasSVG(figure).print_svg(svg, metadata={"Date": None})  # type: ignore[no-untyped-call]
     paths = [png, svg]
     if pdf:
+        from matplotlib.backends.backend_pdf import FigureCanvasPdf
+
         paths.append(stem.with_name(f"{stem.name}.pdf"))
         FigureCanvasPdf(figure).print_pdf(paths[-1], metadata={"CreationDate": None})  # type: ignore[no-untyped-call]
     plt.close(figure)

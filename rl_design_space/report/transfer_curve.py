@@ -173,7 +173,7 @@ def _first_kept(rows: pd.DataFrame, name: str, level: float) -> int | None:
 
 
 def _percent(row: Mapping[Any, Any] | pd.Series[Any], name: str) -> str:
-    return f"{row[name]:.0%} ({interval(row[f'{name}_low'], row[f'{name}_high'], _PERCENT)})"
+    return f"{row[name]:z.0%} ({interval(row[f'{name}_low'], row[f'{name}_high'], _PERCENT)})"
 
 
 @styled()

@@ -25,7 +25,7 @@ from rl_design_space.report.cells import Line, colour_bar, colour_cells, hatch, 
 from rl_design_space.report.markdown import table
 from rl_design_space.report.points import Point, by_design, having
 from rl_design_space.report.runs import Runs
-from rl_design_space.report.style import interval, styled
+from rl_design_space.report.style import interval, number, styled
 from rl_design_space.tracking.selection import Where
 
 #: Row of what has begun with nothing.
@@ -123,7 +123,7 @@ class TransferMap(Report):
                 ("larger to smaller", sources[sources["source"] > sources["target"]]),
             ):
                 if len(some):
-                    parts.append(f"{what} {some['value'].min():.0%} to {some['value'].max():.0%}")
+                    parts.append(f"{what} {_percent(some['value'].min())} to {_percent(some['value'].max())}")
             lines.append(f"{name}: {', '.join(parts) or 'missing'}")
         return lines
 
@@ -162,11 +162,11 @@ def _words(value: Any) -> str:
 
 
 def _percent(value: float) -> str:
-    return "" if math.isnan(value) else f"{value:{_PERCENT}}"
+    return "" if math.isnan(value) else number(value, _PERCENT)
 
 
 def _shown(cell: dict[Any, Any]) -> str:
-    return f"{cell['value']:.0%} ({interval(cell['low'], cell['high'], _PERCENT)})"
+    return f"{number(cell['value'], _PERCENT)} ({interval(cell['low'], cell['high'], _PERCENT)})"
 
 
 def _panels(cells: pd.DataFrame, down: Sequence[str], across: str) -> Iterator[tuple[str, pd.DataFrame]]:
@@ -195,7 +195,7 @@ def _draw(cells: pd.DataFrame, down: Sequence[str], across: str, look: TransferM
         axis.set_xlabel("used on")
     for axis in axes[:, 0]:
         axis.set_ylabel("learned on")
-    bar = colour_bar(figure, list(axes.flat), norm, look.cells_map, format=lambda value, _: f"{value:.0%}", shrink=0.6)
+    bar = colour_bar(figure, list(axes.flat), norm, look.cells_map, format=lambda value, _: _percent(value), shrink=0.6)
     bar.set_label("steps saved" if look.saved else "share of trials")
     figure.suptitle(look.title, fontsize=12)
     return figure

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rl_design_space.config.yaml_limits import check_limits, read_text
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves, read_saved
-from rl_design_space.learning.stage_record import of_file
+from rl_design_space.learning.stage_record import misfit, of_file
 from rl_design_space.plan.describe import config_parameters, config_text
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
 from rl_design_space.tracking.found_run import FoundRun
@@ -77,6 +77,8 @@ def check_periods(run: FoundRun, arrays: Mapping[str, NDArray[Any]]) -> None:
         DamagedFileError: they are not.
     """
     if "steps" in arrays:
+        if "curriculum" in run.params and not of_file(arrays):
+            raise DamagedFileError(run.run_id, PERIODS_FILE, "it lacks its stages")
         periods, trials = (int(run.params.get(f"task.{name}", -1)) for name in ("periods", "trials"))
         shape = (periods, sum(stage.trials for stage in of_file(arrays)) or trials)
         if arrays["steps"].shape != shape:
@@ -103,13 +105,23 @@ def check_config(run: FoundRun, config: Mapping[str, Any]) -> None:
     found = config_parameters(config)
     for name, value in found.items():
         # Stages are recorded as they are typed, other mappings (in components of a user) as Python has them.
-        if name in run.params and run.params[name] not in (param(value), param(config_text(value))):
+        if name in run.params and not _is_recorded(value, run.params[name]):
             reason = f"it says {name}={param(config_text(value))}, recorded was {run.params[name]}"
             raise DamagedFileError(run.run_id, CONFIG_FILE, reason)
     # Params hold the names of options, too, and the code of components; a config does not.
     values = [name for name in run.params if "." in name and not name.endswith(SOURCE)]
     if missing := [name for name in values if name not in found]:
         raise DamagedFileError(run.run_id, CONFIG_FILE, f"it lacks {missing[0]}")
+
+
+def _is_recorded(value: Any, text: str) -> bool:
+    """Return whether the value of a config is the recorded one; the order of the keys of a stage does not matter."""
+    if text in (param(value), found := param(config_text(value))):
+        return True
+    try:
+        return isinstance(value, list) and bool(yaml.safe_load(found) == yaml.safe_load(text))
+    except yaml.YAMLError:
+        return False
 
 
 def _misfit(arrays: Mapping[str, NDArray[Any]]) -> str:
@@ -125,7 +137,7 @@ def _misfit(arrays: Mapping[str, NDArray[Any]]) -> str:
             return f"it lacks {name}"
         if arrays[name].shape != shape:
             return f"its {name} does not fit its steps"
-    return ""
+    return misfit(arrays, periods, trials)
 
 
 def _as_damage(run_id: str, path: Path, error: Exception) -> ConfigError:

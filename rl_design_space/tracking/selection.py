@@ -12,6 +12,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from rl_design_space.config import unlisted
 from rl_design_space.config.overrides import with_absent
 from rl_design_space.errors import ConfigError
 from rl_design_space.tracking.record import params as params_of
@@ -50,12 +51,12 @@ def alternatives(wanted: Any) -> list[Any]:
 
 
 def chosen(found: Sequence[FoundRun], where: Where) -> list[FoundRun]:
-    """Return the runs that have these values.
+    """Return the runs that have these values; a default that the params of a run leave out counts, too.
 
     Raises:
         ConfigError: no run has a parameter of such a name, or one with such a value; what there is is named.
     """
-    params = with_absent([run.params for run in found])
+    params = [_with_defaults(each, where) for each in with_absent([run.params for run in found])]
     known = {name for each in params for name in each}
     for name, wanted in where.items() if found else ():
         if name not in known:
@@ -70,6 +71,12 @@ def chosen(found: Sequence[FoundRun], where: Where) -> list[FoundRun]:
         for run, each in zip(found, params, strict=True)
         if all(name in each and matches(wanted, typed(each[name])) for name, wanted in where.items())
     ]
+
+
+def _with_defaults(params: Mapping[str, str], names: Iterable[str]) -> Mapping[str, str]:
+    """Return the params of a run with those of the named values that they leave out."""
+    missing = unlisted.left_out(params, names)
+    return {**params, **{name: param(value) for name, value in missing.items()}} if missing else params
 
 
 def named(found: Iterable[FoundRun], run_id: str) -> FoundRun:

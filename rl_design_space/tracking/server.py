@@ -12,7 +12,7 @@ from rl_design_space.learning.measures import SCALARS
 from rl_design_space.tracking.address import StoreAddress
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.found_run import FoundRun, RunCounts
-from rl_design_space.tracking.server_search import search_runs
+from rl_design_space.tracking.server_search import search_many, search_runs
 from rl_design_space.tracking.stale import RunningRun
 from rl_design_space.tracking.store_errors import (
     access_error,
@@ -60,7 +60,7 @@ class ServerQueries:
         """Return all complete runs."""
         with _translated_errors(self._address):
             experiment = self._experiment()
-            return list(self._search(experiment, _COMPLETE)) if experiment else []
+            return self._every(experiment) if experiment else []
 
     def counts(self) -> RunCounts:
         """Count the runs by status."""
@@ -91,7 +91,7 @@ class ServerQueries:
             if len(fingerprints) <= _FEW:
                 runs = [run for each in fingerprints for run in self._of_point(experiment, each)]
             else:
-                runs = list(self._search(experiment, _COMPLETE))
+                runs = self._every(experiment)
             found = [pair for run in runs for pair in _stored(run)]
         wanted_points = set(fingerprints)
         return {fingerprint: run for fingerprint, run in found if fingerprint in wanted_points}
@@ -142,6 +142,9 @@ class ServerQueries:
         own = list(self._search(experiment, f"{_COMPLETE} and tags.fingerprint = '{fingerprint}'"))
         asked = f"{_COMPLETE} and tags.`{PRECISION_TAG}.{fingerprint}` LIKE '%'"
         return own or list(self._search(experiment, asked))
+
+    def _every(self, experiment: str) -> list[FoundRun]:
+        return search_many(self._client(), experiment, _COMPLETE, _RUNS_PER_PAGE)
 
     def _search(self, experiment: str, filter_: str) -> Iterator[FoundRun]:
         return search_runs(self._client(), experiment, filter_, _RUNS_PER_PAGE)

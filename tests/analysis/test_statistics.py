@@ -6,6 +6,7 @@ import math
 import tracemalloc
 import warnings
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from scipy import stats
 
 from rl_design_space.analysis import resampling, statistics
 from rl_design_space.analysis.averaging import mean_of_runs
+from rl_design_space.analysis.bca import bca_interval
 from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.analysis.statistics import (
     Resamples,
@@ -68,6 +70,18 @@ def test_the_interval_is_corrected_for_the_skew():
     estimate = mean_estimate(SKEWED)
     assert estimate.low > low + 0.01 * (high - low)
     assert estimate.high > high + 0.04 * (high - low)
+
+
+@pytest.mark.parametrize("size", [2, 3, 50, 501])
+def test_intervals_are_those_of_scipy(size: int):
+    values = np.random.default_rng(size).exponential(size=size) ** 3
+    means = values[np.random.default_rng(0).integers(size, size=(400, size))].mean(axis=1)
+    known = SimpleNamespace(bootstrap_distribution=means)
+    ends = stats.bootstrap((values,), np.mean, n_resamples=0, bootstrap_result=known).confidence_interval
+    assert bca_interval(values, means) == pytest.approx((ends.low, ends.high), rel=1e-12)
+    for number in (0, 1, size):
+        ends = stats.binomtest(number, size).proportion_ci(method="wilson")
+        assert share_estimate(np.arange(size) < number)[1:] == pytest.approx((ends.low, ends.high), rel=1e-12)
 
 
 def test_the_interval_agrees_with_theory_where_there_is_no_skew():

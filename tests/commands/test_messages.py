@@ -123,7 +123,10 @@ def test_the_environment_is_left_as_it_was(monkeypatch: pytest.MonkeyPatch, valu
     ],
     ids=["store", "ui", "report"],
 )
-def test_a_store_that_is_away_is_a_message(command, capsys: pytest.CaptureFixture[str]):
+def test_a_store_that_is_away_is_a_message(
+    command, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "0")  # the usual two take seconds
     with pytest.raises(SystemExit) as exit_, shown_as_messages():
         command()
     assert exit_.value.code == 2

@@ -83,6 +83,7 @@ def test_a_point_that_fails_does_not_stop_the_others():
         (lambda: rds.sweep("multiverse2", ["hydra/launcher=joblib"]), "hydra/launcher=joblib: for the command line"),
         (lambda: rds.sweep("claims", ["study=fig1"]), "study=fig1: for the command line"),
         (lambda: rds.sweep([SMALL], ["task.periods=3"]), "task.periods=3: not a setting; change the points"),
+        (lambda: rds.sweep(SMALL), r"sweep\(a DesignPoint\): should be the name of a study or a list of points"),
         (lambda: rds.sweep([SMALL, "table4"]), "point 2=table4: should be a DesignPoint"),
         (lambda: rds.sweep([]), "no design points to learn"),
         (lambda: rds.sweep([SMALL], ["threads=0"]), "threads=0"),

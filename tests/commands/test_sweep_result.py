@@ -1,4 +1,4 @@
-"""What a sweep prints at its end, from recorded scalars alone; and what reports print."""
+"""What a sweep prints at its end, from recorded scalars alone; and progress."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import product
 
 from rl_design_space.commands import watching
 from rl_design_space.commands.sweep_result import result_lines
-from rl_design_space.commands.watching import counting, main_numbers, tell_numbers, watched
+from rl_design_space.commands.watching import counting, watched
 from rl_design_space.plan.plan import Plan
 from rl_design_space.tracking.tracker import StoredRun
 from tests.points import planned_point
@@ -64,24 +64,8 @@ def test_a_sweep_without_a_clear_difference_says_so():
     assert "mattered most for log(total steps): nothing can be told from noise" in result_lines(plan, stored)
 
 
-def test_the_main_numbers_of_a_report_are_its_first_table_or_paragraphs(tmp_path, capsys):
-    table = "| a | b |\n|:--|--:|\n" + "\n".join(f"| x\\_{row} | {row} |" for row in range(20))
-    text = f"# Title\n\n![picture](a.png)\n\nMade by `this`.\n\nFirst.\n\n{table}\n\nLast.\n"
-    lines = main_numbers(text)
-    assert lines[:2] == ["| a | b |", "| x\\_0 | 0 |"]
-    assert lines[-1] == "and 9 more rows, in the files"
-    assert main_numbers("# T\n\n![p](a)\n\nMade by `this`.\n\nLeast: 1.\n\nMost: 2.\n\nSmall.") == [
-        "Least: 1.",
-        "Most: 2.",
-    ]
-    (tmp_path / "a.md").write_text(text, encoding="utf-8")
-    tell_numbers([tmp_path / "a.png", tmp_path / "a.md"])
-    tell_numbers([tmp_path / "a.md"] * 9)
-    assert capsys.readouterr().err.count("\n") == 13
-    assert list(watched(range(3), "counting")) == [0, 1, 2]
-
-
 def test_steps_that_take_a_second_are_shown_in_a_terminal(monkeypatch, capsys):
+    assert list(watched(range(3), "counting")) == [0, 1, 2]
     seconds = iter([0.0, 0.5, 2.0, 3.0])
     monkeypatch.setattr(watching, "monotonic", lambda: next(seconds))
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)

@@ -114,6 +114,8 @@ POINTS = [
     ("representation._target_=rl_design_space.design.Torus", ["representation=Torus", "it has no observation()"]),
     ("~world.size world._target_=rl_design_space.design.AdHoc", ["world=AdHoc", "it has no next_cell(), offset()"]),
     ("world._target_=rl_design_space.design.GoalReward", ["world.size: no such key", "step"]),
+    ("curriculum._target_=rl_design_space.design.CoarseToFine curriculum.sizes=[3]",
+     ["curriculum.sizes: a field of CoarseToFine that the file", "+curriculum.sizes=VALUE sets it"]),
     ("world=10", ["world=10"]),
 ]  # fmt: skip
 

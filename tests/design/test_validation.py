@@ -97,6 +97,13 @@ def test_a_class_or_a_name_is_refused_with_a_correction(option: object, message:
         DesignPoint(representation=option)
 
 
+def test_what_a_component_lacks_is_named():
+    with pytest.raises(ValidationError, match=r"instance of ActionSet; it has no behaviour\(\), labels, limits\(\)"):
+        DesignPoint(msa=GoalReward())
+    with pytest.raises(ValidationError, match=r"instance of Reward \["):
+        DesignPoint(reward=(0.0, 1.0, 10.0))
+
+
 def test_a_world_may_be_full_of_goals():
     assert DesignPoint(task=Task(goals=3), world=Torus(size=2)).task.goals == 3
 

@@ -150,7 +150,7 @@ def test_no_errors_are_collected_unless_they_are_asked_for():
             [{}, {**ALL, "msa": MultiStepActions(lengths=(3,), until="observation_changes")}],
             "actions that depend on observations do not know the parts of blocks",
         ),
-        ([{}, {"refine": "some", "carry": "same_place"}], r"refine.split\s+Input should be"),
+        ([{}, {"refine": "some", "carry": "same_place"}], "refine=some: should be 'disagreeing', 'all' or 'none'"),
         ([{}, {"refine": {"row": 7}, "carry": "same_place"}], "row"),
     ],
 )

@@ -76,6 +76,19 @@ def test_both_representations_could_have_reached_the_goal(frames: Frames):
     assert f"not learned {len(failing)}, cannot be represented 0, open 0" in REPORT.text(frames)[1]
 
 
+def test_the_text_says_what_is_left_out(frames: Frames):
+    (note,) = [part for part in REPORT.text(frames) if "evenly spaced" in part]
+    assert note == (
+        "8 of the 12 periods of the tails are examined, evenly spaced from the most steps to the least: "
+        "at most 4 of a design."
+    )
+    many = pd.concat([frames[MAIN].assign(examined=6)] * 5, ignore_index=True)
+    (note,) = [part for part in REPORT.text({MAIN: many}) if "The picture shows" in part]
+    assert note.startswith("The picture shows the 9 of 10 designs with the most failed periods;")
+    whole = REPORT.text({MAIN: frames[MAIN].assign(examined=6)})
+    assert not any("evenly spaced" in part or "The picture shows" in part for part in whole)
+
+
 def test_the_picture_has_a_row_for_each_design(frames: Frames):
     axes = REPORT.draw(frames).axes
     assert len(axes) == 2 * 3

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import fields
-from itertools import pairwise
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -13,26 +12,22 @@ import pytest
 from matplotlib.text import Text
 
 from rl_design_space import report
-from rl_design_space.analysis.pooling import Repetition
 from rl_design_space.commands import figure_words
 from rl_design_space.commands.figure_arguments import WORDS, flags, look_names
-from rl_design_space.commands.look_arguments import NAMES, flag_of, take_look
+from rl_design_space.commands.look_arguments import NAMES, flag_of, take_look, unused_labels
 from rl_design_space.commands.report import _parser
 from rl_design_space.config import user_config
 from rl_design_space.config.build import construct
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning import simulate
-from rl_design_space.learning.measures import measure
 from rl_design_space.plan.planner import plan_point
 from rl_design_space.plan.study_values import study_values
-from rl_design_space.report import Compare, Curves, Figures, Heatmap, Interactions, Sensitivity
+from rl_design_space.report import Compare, Curves, Figures, Heatmap, Interactions
 from rl_design_space.report.base import MAIN, Report
 from rl_design_space.report.fitting import fit
 from rl_design_space.report.latex import latex_table
 from rl_design_space.report.look import Look
 from rl_design_space.report.markdown import Table, table
 from rl_design_space.report.ordering import Ordering
-from rl_design_space.report.pairs import Pair, ratio_of
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.stage_marks import STAGES
@@ -113,21 +108,6 @@ def test_text_is_as_large_as_asked_for():
     plt.close(figure)
 
 
-def test_long_names_leave_room_for_the_data():
-    frame = pairs(12).assign(pair=[f"reward=reward_{i} representation=a_long_name world.size=10" for i in range(13)])
-    compare = Compare(a="x=1", b="x=2", scale="ratio")
-    figure = compare.draw({MAIN: frame})
-    fit(figure, 3.5, None, None)
-    figure.draw_without_rendering()
-    (axis,) = figure.axes
-    assert figure.get_size_inches()[0] == 3.5
-    assert axis.get_position().width > 0.4
-    boxes = [tick.get_window_extent() for tick in axis.get_yticklabels()]
-    assert all(one.y0 >= other.y1 - 1 for one, other in pairwise(boxes))  # from top to bottom
-    assert min(box.x0 for box in boxes) >= 0
-    plt.close(figure)
-
-
 KINDS = [getattr(report, name) for name in report.__all__ if issubclass(getattr(report, name), Report)]
 BAD = [
     ("width", "wide", "should be column (3.5) or page (7.16), or inches from 1 to 50"),
@@ -187,6 +167,15 @@ def test_a_message_names_the_flag(typed: list[str], message: str):
     with pytest.raises(ConfigError) as raised:
         figure_words.main("curves", ["--by", "reward", *typed])
     assert str(raised.value).startswith(message)
+
+
+def test_a_label_of_a_name_that_no_run_has_is_told():
+    runs = pd.DataFrame({"exploration.k": [0.1, 0.2], "representation": ["ad_hoc", "direction"]})
+    given = ["exploration.k=decay", "representation=ad_hoc=Ad hoc", "steps_after=2=late", "steps/mean=steps"]
+    assert list(unused_labels([*given, "exploration.k=0.1=little", "labels.yaml", "outputs=x"], runs)) == []
+    name, value = unused_labels(["exploration.kk=decay", "representation=ad_hok=Ad hoc"], runs)
+    assert name.startswith("unused: --labels exploration.kk: no such parameter or measure of these runs; did you mean")
+    assert value == "unused: --labels representation=ad_hok: no run has this value (there is ad_hoc, direction)"
 
 
 def test_labels_are_those_of_the_config_folder_of_the_study_and_of_the_command(tmp_path: Path):
@@ -282,84 +271,3 @@ def test_a_table_is_escaped_for_latex():
     made = table(frame)
     assert isinstance(made, Table)
     assert made.frame is frame
-
-
-def lines(count: int) -> pd.DataFrame:
-    rows = [
-        (f"reward=r{i} msa=m{i % 2}", k, (1 + i) * 100.0 * (1 + (i + 1) * 0.1 * k), 0.0, 0.0, 1)
-        for i in range(count)
-        for k in (1, 2, 3)
-    ]
-    return pd.DataFrame(rows, columns=["line", "k", "value", "low", "high", "runs"])
-
-
-def test_sixty_lines_are_a_range_a_median_and_a_few_names():
-    figure = Sensitivity(parameter="k", top=5)
-    drawn = figure.draw({MAIN: lines(60)})
-    (axis,) = drawn.axes
-    legend = [text.get_text() for text in axis.get_legend().get_texts()]
-    assert legend[:3] == ["80 % of 60 lines", "half of them", "their median"]
-    assert legend[3:] == [f"reward=r{i} msa=m{i % 2}" for i in (59, 58, 57)]  # those that depend most
-    assert axis.get_yscale() == "log"
-    assert axis.get_ylabel().startswith("total_steps, relative to")
-    plt.close(drawn)
-    told, first, *_ = figure.text({MAIN: lines(60)})
-    assert told == "The 5 of 60 lines that depend most; the CSV file has the others."
-    assert isinstance(first, Table)
-    assert len(first.frame) == 5
-    named = Sensitivity(parameter="k", named="msa=m1 reward=r1", scale="linear").draw({MAIN: lines(60)})
-    assert [text.get_text() for text in named.axes[0].get_legend().get_texts()][3:] == ["reward=r1 msa=m1"]
-    assert named.axes[0].get_ylabel() == "total_steps"
-    plt.close(named)
-    with pytest.raises(ConfigError, match="named=msa=none: nothing that is shown has these values"):
-        Sensitivity(parameter="k", named="msa=none").draw({MAIN: lines(60)})
-
-
-def test_a_few_lines_are_all_in_the_legend_by_name():
-    drawn = Sensitivity(parameter="k").draw({MAIN: lines(2)})
-    assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()] == [
-        "reward=r0 msa=m0",
-        "reward=r1 msa=m1",
-    ]
-    plt.close(drawn)
-
-
-def pairs(count: int) -> pd.DataFrame:
-    rows = [
-        (f"reward=r{i}", 100.0, 100.0 + i, float(i), i - 1.0, i + 1.0, 5, 1 + i / 100, 0.99 + i / 100, 1.01 + i / 100)
-        for i in range(count)
-    ]
-    frame = pd.DataFrame(
-        rows, columns=["pair", "a", "b", "difference", "low", "high", "periods", "ratio", "ratio_low", "ratio_high"]
-    )
-    return pd.concat([frame, frame.tail(1).assign(pair="all pairs")], ignore_index=True)
-
-
-def test_sixty_pairs_are_the_largest_ratios_and_where_most_lie():
-    compare = Compare(a="x=1", b="x=2", top=3, named="reward=r7")
-    shown = compare.shown_pairs(pairs(60))
-    assert list(shown["pair"]) == ["reward=r7", "reward=r58", "reward=r59", "all pairs"]
-    figure = compare.draw({MAIN: pairs(60)})
-    (axis,) = figure.axes
-    assert axis.get_xscale() == "log"
-    assert "80 % of all 60 pairs" in [text.get_text() for text in axis.get_legend().get_texts()]
-    assert axis.get_title() == "total_steps: x=2 over x=1"
-    plt.close(figure)
-    text = compare.text({MAIN: pairs(60)})
-    assert text[0] == "3 of 60 pairs; the CSV file has the others."
-    assert "ratio" in text[1].frame
-    assert len(Compare(a="x=1", b="x=2", top=3).shown_pairs(pairs(3))) == 4
-
-
-def test_a_ratio_is_that_of_the_means_with_a_paired_interval():
-    planned = [plan_point([*SIZE, f"representation={name}"]) for name in ("ad_hoc", "direction")]
-    learned = [simulate(each.point) for each in planned]
-    steps = measure("total_steps")
-    pair = Pair([learned[0]], [learned[1]], Repetition("one", 0))
-    found = ratio_of(steps, [pair])
-    assert found["ratio"] == pytest.approx(learned[1].total_steps.mean() / learned[0].total_steps.mean())
-    assert found["ratio_low"] < found["ratio"] < found["ratio_high"]
-    same = ratio_of(steps, [Pair([learned[0]], [learned[0]], Repetition("one", 0))])
-    assert list(same.values()) == pytest.approx([1, 1, 1])
-    both = ratio_of(steps, [pair, Pair([learned[1]], [learned[0]], Repetition("two", 0))])
-    assert both["ratio"] == pytest.approx(1)  # the geometric mean of a ratio and its inverse

@@ -102,6 +102,10 @@ def test_the_ledger_has_the_columns_asked_for(report: Path):
     assert verdicts <= {"reproduced", "not reproduced", "undecided"}
 
 
+def test_the_page_prints_its_verdicts(written: Completed):
+    assert re.search(r"^  17 claims: \d+ reproduced, \d+ not reproduced, \d+ undecided$", written.stderr, re.M)
+
+
 def test_fewer_periods_are_marked(report: Path):
     assert "quick look: 6 periods instead of 500" in (report / "index.html").read_text(encoding="utf-8")
     for name in SECTIONS:

@@ -14,6 +14,7 @@ from rl_design_space.plan.plan import Plan
 from rl_design_space.plan.planner import Planner
 from rl_design_space.plan.study import Study, load_study, plan_overrides
 from rl_design_space.report import StageCosts, TransferCurve, TransferMap
+from rl_design_space.report.base import MAIN
 from rl_design_space.report.runs import Runs
 from tests.report.readers import LearningReader
 
@@ -57,6 +58,18 @@ def test_steps_saved_are_those_of_the_last_stage_against_beginning_with_nothing(
     (line,) = report.numbers(frames)
     assert line.startswith(f"ad hoc, same place, constant: 4 → 3: {saved:.0%} (")
     assert len(report.draw(frames).axes) == 2  # a panel and the scale
+
+
+def test_a_share_that_is_rounded_to_zero_has_no_sign():
+    report = TransferMap(title="Saved", value="total_steps", saved=True, nothing={"curriculum.carry": "none"})
+    cell = {"exploration": "constant", "curriculum.carry": "same_place", "representation": "ad_hoc", "runs": 1}
+    numbers = {"value": -0.001, "low": -0.01, "high": -0.002, "median": -0.004}
+    frames = {MAIN: pd.DataFrame([{**cell, "source": 10, "target": 30, **numbers}])}
+    assert report.numbers(frames) == [
+        "ad hoc, same place, constant: 10 → 30: 0% (-1% – 0%), smaller to larger 0% to 0%"
+    ]
+    assert "-0%" not in report.text(frames)[-1]
+    assert "-0%" not in {text.get_text() for text in report.draw(frames).axes[0].texts}
 
 
 def test_zero_shot_shares_stand_beside_those_of_a_q_matrix_that_knows_nothing(sizes: Runs):

@@ -100,6 +100,7 @@ def test_a_server_is_asked_for_both(monkeypatch: pytest.MonkeyPatch):
         return iter([run] if "'ab'" in wanted or "`precision.cd` LIKE '%'" in wanted else [])
 
     monkeypatch.setattr(server, "search_runs", search)
+    monkeypatch.setattr(server, "search_many", search)
     monkeypatch.setattr(server.ServerQueries, "_known", lambda *_: "1")
     monkeypatch.setattr(server.ServerQueries, "_client", lambda _: None)
     queries = server.ServerQueries(StoreAddress("http://localhost:1", "design points", "sweeps"))

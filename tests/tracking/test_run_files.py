@@ -77,6 +77,27 @@ def test_the_trials_of_all_stages_are_expected(overrides: tuple[str, ...], folde
     check_periods(run, arrays)
     with pytest.raises(DamagedFileError, match="trials, not 3 × "):
         check_periods(run, {**arrays, "stages:trials": arrays["stages:trials"] + 1})
+    with pytest.raises(DamagedFileError, match="it lacks its stages"):
+        check_periods(run, {name: array for name, array in arrays.items() if not name.startswith("stages:")})
+
+
+@pytest.mark.parametrize(
+    ("changed", "reason"),
+    [
+        ({"stages:carried": None}, "it lacks stages:carried"),
+        ({"stages:trials": None, "stages:side": None}, "it lacks stages:trials"),
+        ({"stages:rows": np.zeros((2, 2, 2))}, "its stages:rows does not fit its stages"),
+        ({"stages:trials": np.array([6, 7])}, "its stages:trials does not fit its steps"),
+    ],
+)
+def test_arrays_of_stages_that_are_lost_or_do_not_fit_are_named(changed: dict, reason: str, folder: Path):
+    _, curves = learned("curriculum=new_goals", "curriculum.layouts=2")
+    path = folder / "periods.npz"
+    path.write_bytes(periods_file(curves))
+    arrays = {**read_periods("abc", path), **changed}
+    write_arrays(path, {name: array for name, array in arrays.items() if array is not None})
+    with pytest.raises(DamagedFileError, match=re.escape(f"({reason})")):
+        read_periods("abc", path)
 
 
 STAGES = [
@@ -110,6 +131,8 @@ NESTED_PARAMS = {
 def test_components_and_mappings_in_components_are_compared_by_value():
     run = FoundRun("abc", "", 0, 0, "", NESTED_PARAMS, {})
     check_config(run, NESTED)
+    sorted_again = [dict(sorted(stage.items())) for stage in STAGES]
+    check_config(run, {**NESTED, "curriculum": {"stages": sorted_again}})
     other = {**NESTED, "curriculum": {"stages": [{**STAGES[0], "task.trials": 3}, STAGES[1]]}}
     with pytest.raises(DamagedFileError, match=r"it says curriculum\.stages=\[\{task\.trials: 3, .*was \[\{task"):
         check_config(run, other)

@@ -92,3 +92,23 @@ def test_values_are_matched_as_they_were_typed(where: dict, found: str):
 def test_a_value_or_parameter_that_no_run_has_is_refused(where: dict, message: str):
     with pytest.raises(ConfigError, match=message):
         chosen([run("a", 0, k="0.02")], where)
+
+
+@pytest.mark.parametrize(
+    ("where", "found"),
+    [
+        ({"curriculum.zero_shot": 0}, "a"),
+        ({"curriculum.zero_shot": [0, 5]}, "ab"),
+        ({"curriculum.epsilon": None}, "ab"),
+        ({"task.precision": None}, "abcd"),
+        ({"msa.until": "length"}, "b"),
+    ],
+)
+def test_a_default_that_runs_leave_out_is_a_value_of_those_that_have_such_a_field(where: dict, found: str):
+    runs = [
+        run("a", 0, curriculum="coarse_to_fine"),
+        run("b", 1, curriculum="new_goals", curriculum__zero_shot="5", msa="length_2"),
+        run("c", 2),
+        run("d", 3, curriculum="coarse_to_fine", curriculum__source="version 1"),  # a file of the user's of this name
+    ]
+    assert "".join(each.run_id for each in chosen(runs, where)) == found

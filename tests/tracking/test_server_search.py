@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from rl_design_space.tracking.found_run import FoundRun
-from rl_design_space.tracking.server_search import search_runs
+from rl_design_space.tracking.server_search import search_many, search_runs
 
 
 def _runs() -> list[Any]:
@@ -64,3 +64,31 @@ def test_runs_are_those_of_mlflow_s_client(monkeypatch: pytest.MonkeyPatch):
     assert list(map(repr, found)) == list(map(repr, expected))  # NaN differs from itself
     assert [each[2].get("page_token") for each in asked] == [None, "next"]
     assert {(credentials, method) for credentials, method, _ in asked} == {("credentials", "POST")}
+
+
+@pytest.mark.parametrize("per_page", [1, 5, 30])
+def test_many_runs_are_those_of_one_search_after_the_other(monkeypatch: pytest.MonkeyPatch, per_page: int):
+    from mlflow.utils import rest_utils
+
+    made = [
+        {"info": {"run_id": f"{71 * i % 30:032x}", "start_time": 1_700_000_000_000 - i // 3, "end_time": 0}}
+        for i in range(30)
+    ]
+
+    def answer(credentials: str, endpoint: str, method: str, **request: Any) -> SimpleNamespace:
+        wanted = request["json"]
+        ending = wanted["filter"].removeprefix("attributes.status = 'FINISHED'").removeprefix(" and ")
+        ending = ending.removeprefix("attributes.run_id LIKE '%").removesuffix("'")
+        matching = [run for run in made if run["info"]["run_id"].endswith(ending)]
+        ordered = sorted(matching, key=lambda run: (-run["info"]["start_time"], run["info"]["run_id"]))
+        begin = int(wanted.get("page_token", 0))
+        end = begin + wanted["max_results"]
+        token = {"next_page_token": str(end)} if end < len(ordered) else {}
+        return SimpleNamespace(json=lambda: {"runs": ordered[begin:end], **token})
+
+    monkeypatch.setattr(rest_utils, "http_request", answer)
+    monkeypatch.setattr(rest_utils, "verify_rest_response", lambda response, endpoint: response)
+    client: Any = SimpleNamespace(_tracking_client=SimpleNamespace(store=SimpleNamespace(get_host_creds=lambda: "")))
+    found = search_many(client, "1", "attributes.status = 'FINISHED'", per_page)
+    assert found == list(search_runs(client, "1", "attributes.status = 'FINISHED'", 30))
+    assert len(found) == len(made)

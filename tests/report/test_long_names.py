@@ -1,0 +1,80 @@
+"""Pictures of designs that differ in so many choices that their names leave no room."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import pandas as pd
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from rl_design_space.report import Best, Interactions, Profile, Sensitivity
+from rl_design_space.report.base import MAIN
+from rl_design_space.report.fitting import fit
+from rl_design_space.report.many import apart
+from rl_design_space.report.profile import IMPROVEMENT
+
+SAME = {f"learner.a_rather_long_name_{place}": "usual" for place in range(6)}
+DESIGNS = [
+    {**SAME, "exploration": kind, "representation": name, **{f"learner.another_name_{place}": i for place in range(4)}}
+    for i, (kind, name) in enumerate(product(("linear", "exponential"), ("ad_hoc", "direction", "distance")))
+]
+NAMES = [" ".join(f"{key}={value}" for key, value in design.items()) for design in DESIGNS]
+
+
+def test_what_long_names_share_is_said_once():
+    shorter, note = apart(NAMES)
+    assert note == f"In common: {' '.join(f'{key}=usual' for key in SAME)}"
+    assert [name.split() for name in shorter] == [name.split()[len(SAME) :] for name in NAMES]
+    assert max(len(line) for name in shorter for line in name.split("\n")) <= 90
+
+
+@pytest.mark.parametrize("names", [["representation=ad_hoc", "representation=direction"], [], [""]])
+def test_short_names_stay_as_they_are(names: list[str]):
+    assert apart(names) == (names, "")
+
+
+def test_one_long_name_has_nothing_in_common_with_others():
+    (name,), note = apart(NAMES[:1])
+    assert (name.split(), note) == (NAMES[0].split(), "")
+
+
+def best() -> Figure:
+    found = {"value": 3.0, "low": 2.0, "high": 4.0, "in_best_set": True, "loss_at_most": 0.1, "periods_to_decide": 9.0}
+    return Best().draw({MAIN: pd.DataFrame([{**each, **found, "probability_best": 0.2} for each in DESIGNS])})
+
+
+def profile() -> Figure:
+    lines = [
+        {"design": name, "steps_over_optimum": level, "share": level / 9, "low": level / 9, "high": level / 9}
+        for name, level in product(NAMES, (1.0, 2.0, 9.0))
+    ]
+    pairs = [{"a": a, "b": b, "probability": 0.5, "low": 0.4, "high": 0.6} for a in NAMES for b in NAMES if a != b]
+    return Profile().draw({MAIN: pd.DataFrame(lines), IMPROVEMENT: pd.DataFrame(pairs)})
+
+
+def sensitivity() -> Figure:
+    values = [
+        {"line": name, "exploration.k": k, "value": 2.0, "low": 1.0, "high": 3.0}
+        for name, k in product(NAMES, (0.1, 0.2))
+    ]
+    return Sensitivity(parameter="exploration.k").draw({MAIN: pd.DataFrame(values)})
+
+
+def interactions() -> Figure:
+    row = {"difference": 0.1, "low": 0.0, "high": 0.2, "interaction": 0.0}
+    pairs = [{"pair": "msa × learner", "value": "msa=length_3", "reference": "msa=none", "at": n, **row} for n in NAMES]
+    return Interactions().draw({MAIN: pd.DataFrame(pairs)})
+
+
+@pytest.mark.parametrize("draw", [best, profile, sensitivity, interactions])
+def test_the_data_have_room_beside_long_names(draw):
+    figure = draw()
+    fit(figure, None, None, None)
+    FigureCanvasAgg(figure).draw()  # warns where nothing is left for the axes
+    place = figure.axes[0].get_window_extent()
+    assert min(place.width, place.height) > 150
+    inside = figure.get_tightbbox()
+    assert inside.x0 > -0.1
+    assert inside.x1 < figure.get_size_inches()[0] + 0.1
