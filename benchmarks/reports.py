@@ -25,7 +25,10 @@ REPORTS = (
     "fig1", "table1", "table2", "fig2", "table3", "fig3", "fig4", "fig5", "table4", "claims", "readings", "all",
 )  # fmt: skip
 IMPORTS, OURS, CLIENT = "imports of a report", "load_runs", "MlflowClient.search_runs"
-_IMPORTS = "import rl_design_space.commands.report, rl_design_space.plan.study, rl_design_space.report, sqlalchemy"
+_IMPORTS = """
+import rl_design_space.commands.report, rl_design_space.plan.study, rl_design_space.tracking.database, sqlalchemy
+from rl_design_space.report import QualityMap
+"""
 _OURS = "import sys, rl_design_space as rds; print(len(rds.load_runs(uri=sys.argv[1])))"
 _CLIENT = """
 import sys, mlflow, pandas as pd

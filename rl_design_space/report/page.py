@@ -159,8 +159,11 @@ def _write_all(
     workers = min(available_threads(), len(parts))
     if workers == 1 or len(parts) < _MANY:
         return [_write(part, reader, folder, look) for part in parts]
-    # Copies of this process have imported everything already; with other threads, a copy may wait for a lock for ever.
+    # Copies of this process need not import anything again; with other threads, a copy may wait for a lock for ever.
     is_alone = sys.platform == "linux" and threading.active_count() == 1
+    if is_alone:
+        for part in parts:
+            part.report()  # imports what writes it
     with ProcessPoolExecutor(workers, get_context("fork" if is_alone else "spawn")) as pool:
         # Those that take longest first, so that none of them is left at the end: what needs no points is computed.
         order = sorted(range(len(parts)), key=lambda index: -(len(parts[index].plan) or math.inf))

@@ -16,7 +16,6 @@ from rl_design_space.analysis.parts.measured import (
     ODD,
     Cost,
     at_the_edge,
-    measured,
     measured_each,
     value,
     weightings,
@@ -81,13 +80,8 @@ class BestOverBest(Ranged):
         to_parameter = self.to_parameter or self.parameter
         ones, others = data.by(self.among, self.parameter), data.by(self.to, to_parameter)
         best, to_best = _best(ones, self.measure), _best(others, self.measure)
-        one, other = ones[best], others[to_best]
-        tested = self._tested(
-            *(
-                measured(self.measure, one, weights).over(measured(self.measure, other, weights))
-                for weights in weightings(one, ODD)
-            )
-        )
+        both = [measured_each(self.measure, (ones[best], others[to_best]), w) for w in weightings(ones[best], ODD)]
+        tested = self._tested(*(one.over(other) for one, other in both))
         edges = (*at_the_edge(self.parameter, ones, best), *at_the_edge(to_parameter, others, to_best))
         return replace(tested, remarks=tuple(dict.fromkeys((*tested.remarks, *edges))))
 

@@ -7,7 +7,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.bounds import Bounds
 from rl_design_space.analysis.parts.data import Data
-from rl_design_space.analysis.parts.measured import Measure, measured, share_ends, weightings
+from rl_design_space.analysis.parts.measured import Measure, measured, measured_each, share_ends, weightings
 from rl_design_space.analysis.parts.ranged import Choice, Ranged
 from rl_design_space.analysis.tested import Tested, never_or_always
 
@@ -46,12 +46,9 @@ class OfTwo(Ranged):
     measure: Measure
 
     def test(self, data: Data) -> Tested:
-        one, other = data.one(self.point), data.one(self.to)
+        both = data.one(self.point), data.one(self.to)
         return self._tested(
-            *(
-                self._compared(measured(self.measure, one, weights), measured(self.measure, other, weights))
-                for weights in weightings(one)
-            )
+            *(self._compared(*measured_each(self.measure, both, weights)) for weights in weightings(both[0]))
         )
 
     def _compared(self, one: Bounds, other: Bounds) -> Bounds:
