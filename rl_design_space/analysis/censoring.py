@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.statistics import percentile_interval
+from rl_design_space.learning.measure_kinds import PeriodMeasure
+from rl_design_space.learning.measure_statistics import means_of_each
 from rl_design_space.learning.measures import Measure, Periods
 
 #: Why a ratio is not known, for messages.
@@ -39,7 +41,18 @@ class Censored:
     @classmethod
     def of(cls, measured: Measure, periods: Periods, weights: FloatArray) -> Censored:
         """Return a measure under each weighting of the periods, see `Measure.samples`."""
-        values = measured.samples(periods, weights)
+        return cls._of_samples(measured, periods, measured.samples(periods, weights))
+
+    @classmethod
+    def of_each(cls, measured: Measure, points: Sequence[Periods], weights: FloatArray) -> list[Censored]:
+        """Return a measure of several points of equal size; means are computed of all of them at once."""
+        if len(points) < 2 or not isinstance(measured, PeriodMeasure) or not measured.statistic.is_mean:
+            return [cls.of(measured, periods, weights) for periods in points]
+        means = means_of_each(weights, np.array([measured.of(periods) for periods in points], np.float64))
+        return [cls._of_samples(measured, *each) for each in zip(points, means, strict=True)]
+
+    @classmethod
+    def _of_samples(cls, measured: Measure, periods: Periods, values: FloatArray) -> Censored:
         never = measured.censored_at(periods)
         at_least = values >= (math.inf if never is None else never)
         return cls(values, at_least, np.zeros_like(at_least))

@@ -80,20 +80,33 @@ class Resamples:
         chosen = np.arange(self.periods)[self.of]
         if not len(chosen):
             return
+        if self.resamples * self.periods <= AT_ONCE:
+            yield _weights(self.periods, self.seed, self.resamples, (self.of.start, self.of.stop, self.of.step))
+            return
         if self.resamples * len(chosen) <= AT_ONCE:
-            yield self._of_all(resample_weights(len(chosen), self.seed, self.resamples), chosen)
+            yield _of_all(self.periods, resample_weights(len(chosen), self.seed, self.resamples), chosen)
             return
         counts = _counts(len(chosen), self.seed, self.resamples)
         for rows in _blocks(*self.shape):
-            yield self._of_all(counts[rows] / len(chosen), chosen)
+            yield _of_all(self.periods, counts[rows] / len(chosen), chosen)
 
-    def _of_all(self, weights: FloatArray, chosen: NDArray[np.intp]) -> FloatArray:
-        """Return the weights of all periods from those of the chosen ones."""
-        if len(chosen) == self.periods:
-            return weights
-        every = np.zeros((len(weights), self.periods))
-        every[:, chosen] = weights
-        return every
+
+@lru_cache(maxsize=2)
+def _weights(periods: int, seed: int, resamples: int, of: tuple[int | None, int | None, int | None]) -> FloatArray:
+    """Return the weights of all periods in resamples of some of them; hundreds of measures share them."""
+    chosen = np.arange(periods)[slice(*of)]
+    every = _of_all(periods, resample_weights(len(chosen), seed, resamples), chosen)
+    every.setflags(write=False)  # cached, so it is shared
+    return every
+
+
+def _of_all(periods: int, weights: FloatArray, chosen: NDArray[np.intp]) -> FloatArray:
+    """Return the weights of all periods from those of the chosen ones."""
+    if len(chosen) == periods:
+        return weights
+    every = np.zeros((len(weights), periods))
+    every[:, chosen] = weights
+    return every
 
 
 def _blocks(resamples: int, periods: int) -> Iterator[slice]:

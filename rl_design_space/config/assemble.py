@@ -178,16 +178,17 @@ class Assembler:
             return None
         found = self._repository.load_config(path)
         node: Any = OmegaConf.to_container(found.config)
-        plain = not _reaches_out(found) and isinstance(node, dict)
+        plain = not reaches_out(found) and isinstance(node, dict)
         return node if plain and not any(mark in str(node) for mark in _UNRESOLVED) else None
 
 
 def file_reaches_out(repository: Any, path: str) -> bool:
     """Return whether there is a config file at a path, and choosing it may change something outside its group."""
-    return repository.config_exists(path) and _reaches_out(repository.load_config(path))
+    return repository.config_exists(path) and reaches_out(repository.load_config(path))
 
 
-def _reaches_out(found: ConfigResult) -> bool:
+def reaches_out(found: ConfigResult) -> bool:
+    """Return whether choosing a config file may change something outside its group."""
     listed = [default for default in found.defaults_list or () if not default.is_self()]
     return bool(listed or found.header.get("package"))
 

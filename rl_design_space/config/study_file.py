@@ -8,7 +8,7 @@ from typing import Any
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import DictConfig, flag_override
 
-from rl_design_space.config.assemble import file_reaches_out
+from rl_design_space.config.assemble import reaches_out
 
 _STUDY = "study"
 
@@ -29,14 +29,12 @@ def with_study(base: DictConfig, text: str, parser: OverridesParser, repository:
     if text != f"{_STUDY}={name}" or not is_free or base.hydra.overrides.task:
         return None
     path = f"{_STUDY}/{name}"
-    if not repository.config_exists(path) or file_reaches_out(repository, path):
-        return None
-    content = repository.load_config(path).config
-    if not isinstance(content, DictConfig):
+    found = repository.load_config(path) if repository.config_exists(path) else None  # copies the file's content
+    if found is None or reaches_out(found) or not isinstance(found.config, DictConfig):
         return None
     config = deepcopy(base)
     with flag_override(config, ["struct", "readonly"], False), flag_override(config.hydra, "readonly", False):
-        config[_STUDY] = deepcopy(content)
+        config[_STUDY] = found.config
         config.hydra.runtime.choices[_STUDY] = name
         config.hydra.overrides.task.append(text)
         config.hydra.job.override_dirname = text

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from functools import lru_cache
-from io import StringIO
 from pathlib import Path
 from types import NoneType
 from typing import Any
@@ -13,11 +12,11 @@ import yaml
 from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra.plugins.config_source import ConfigResult, ConfigSource
 from omegaconf import OmegaConf
-from omegaconf._utils import get_yaml_loader
 from omegaconf.errors import OmegaConfBaseException
 
 from rl_design_space.config import user_config
 from rl_design_space.config.yaml_limits import CHARACTERS, check_limits
+from rl_design_space.config.yaml_parser import parse_yaml
 from rl_design_space.errors import ConfigError
 
 #: Number of characters in which Hydra looks for `# @package`.
@@ -70,10 +69,8 @@ def _values(text: str, path: Path, shown: str) -> Any:
     check_limits(text, shown)
     if _MAYBE.search(text):
         _refuse_old_numbers(shown, text)
-    stream = StringIO(text)
-    stream.name = str(path)
     try:
-        values = yaml.load(stream, get_yaml_loader())
+        values = parse_yaml(text, path)
     except ValueError as error:
         if isinstance(error, (ConfigError, OmegaConfBaseException)):
             raise

@@ -115,8 +115,29 @@ def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
     if values.ndim > 1 or len(weights) < _FEW:
         product: FloatArray = weights @ values
         return product
-    rows = max(4, _ONE_THREAD // len(values) // 4 * 4)
-    return np.concatenate([weights[begin : begin + rows] @ values for begin in range(0, len(weights), rows)])
+    means: FloatArray = means_of_each(weights, values[np.newaxis])[0]
+    return means
+
+
+def means_of_each(weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Return `weighted_means` of several arrays of values; each block of weights is read from memory once for all.
+
+    Args:
+        weights: (resamples, periods)
+        values: (arrays, periods)
+
+    Returns:
+        (arrays, resamples)
+    """
+    resamples, periods = weights.shape
+    rows = max(4, _ONE_THREAD // periods // 4 * 4) if resamples >= _FEW else max(1, resamples)
+    whole = resamples // rows * rows
+    blocks = weights[:whole].reshape(-1, 1, rows, periods)
+    found = np.empty((len(values), resamples))
+    found[:, :whole] = np.moveaxis((blocks @ values[:, :, np.newaxis])[..., 0], 1, 0).reshape(len(values), whole)
+    for each, means in zip(values, found, strict=True):
+        means[whole:] = weights[whole:] @ each
+    return found
 
 
 def _counted(weights: FloatArray) -> tuple[float, NDArray[Any]]:

@@ -151,5 +151,6 @@ def record(
         success[trial] = numbers[ENTRY] & KIND == FINAL_GOAL
         at += 1
         if len(q_after):
-            rows_of_q = q.reshape(-1, row_width(len(limits)))[: q_after.shape[1], : len(limits)]
-            q_after[trial] = rows_of_q
+            for row in range(q_after.shape[1]):
+                for column in range(len(limits)):
+                    q_after[trial, row, column] = q[row * row_width(len(limits)) + column]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from rl_design_space.analysis import resampling
 from rl_design_space.analysis.bounds import Bounds
 from rl_design_space.analysis.parts import (
     BestOverBest,
@@ -17,9 +19,11 @@ from rl_design_space.analysis.parts import (
     Level,
     Ratio,
 )
-from rl_design_space.analysis.parts.measured import ODD, measured, weightings
+from rl_design_space.analysis.parts.measured import ODD, measured, measured_each, weightings
+from rl_design_space.analysis.statistics import Resamples
 from rl_design_space.design import AdHoc, Direction, Distance
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.measures import measure
 from tests.analysis.made_up import MadeUp, MadeUpData
 
 FAST, SLOW = MadeUp(until=4), MadeUp(until=12)
@@ -59,6 +63,20 @@ def test_a_resampled_measure_is_computed_once_for_each_result():
     assert of("total_steps", FAST) is first
     others = [of("late_steps", FAST), of("total_steps", SLOW), of("total_steps", FAST, ODD)]
     assert len({each.low[0] for each in (first, *others)}) == 4
+
+
+@pytest.mark.parametrize("name", ["total_steps", "failed_trials", "trials_to_final", "late_steps,statistic=median"])
+def test_points_measured_together_have_the_numbers_of_each_alone_bit_for_bit(
+    name: str, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(resampling, "AT_ONCE", 100_000)  # several blocks, as of many periods
+    points = [MadeUp(until=until, failed=until / 100) for until in (4, 8, 12)]
+    for weights in weightings(points[0], ODD):
+        together = measured_each(name, points, weights)
+        blocks = list(weights.blocks()) if isinstance(weights, Resamples) else [weights]
+        for point, found in zip(points, together, strict=True):
+            alone = np.concatenate([measure(name).samples(point, block) for block in blocks])
+            assert np.array_equal(found.low, alone)
 
 
 @pytest.mark.parametrize("part", [Ratio, Difference])

@@ -30,6 +30,7 @@ from rl_design_space.analysis.statistics import (
 )
 from rl_design_space.design import DesignPoint, Direction, Linear, Task
 from rl_design_space.learning import simulate
+from rl_design_space.learning.measure_statistics import means_of_each
 from tests.analysis.heavy_tails import periods, stored
 
 SKEWED = np.random.default_rng(1).lognormal(size=40)
@@ -223,6 +224,10 @@ def test_weighted_means_are_those_of_one_product(periods: int):
     weights, values = rng.random((50, periods)), rng.lognormal(size=periods)
     np.testing.assert_allclose(weighted_means(weights, values), weights @ values, rtol=1e-12)
     assert weighted_means(weights[:0], values).shape == (0,)
+    # Reports are the same however many measures are computed together.
+    many = np.tile(weights, (21, 1))[:1049]
+    both = np.array([values, values[::-1]])
+    assert np.array_equal(means_of_each(many, both), [weighted_means(many, each) for each in both])
 
 
 @pytest.mark.parametrize("half", [slice(None), slice(1, None, 2)], ids=["all", "odd"])

@@ -6,13 +6,16 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from yaml import YAMLError
 
+from rl_design_space._paths import CONF
 from rl_design_space.catalogue.choices import choice
 from rl_design_space.catalogue.options import Options
 from rl_design_space.catalogue.search import searched
-from rl_design_space.config import yaml_files
+from rl_design_space.config import yaml_files, yaml_parser
 from rl_design_space.config.compose import Composer, shipped_config
 from rl_design_space.config.user_config import used
+from rl_design_space.config.yaml_parser import parse_yaml
 from rl_design_space.errors import ConfigError
 
 TORUS = "# Größe\n_target_: rl_design_space.design.Torus\nsize: "
@@ -101,3 +104,22 @@ def test_a_file_without_keys_is_refused(text: str, folder: Path):
     (folder / "world" / "bare.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=r"bare\.yaml: should hold keys and values, not "):
         yaml_files.YamlFiles("test", f"file://{folder}").load_config("world/bare")
+
+
+def test_shipped_files_hold_the_same_whichever_parser_reads_them(monkeypatch: pytest.MonkeyPatch):
+    texts = {path: path.read_text(encoding="utf-8") for path in CONF.rglob("*.yaml")}
+    quick = {path: parse_yaml(text, path) for path, text in texts.items()}
+    monkeypatch.setattr(yaml_parser, "CONF", Path("elsewhere"))
+    assert {path: repr(parse_yaml(text, path)) for path, text in texts.items()} == {
+        path: repr(values) for path, values in quick.items()
+    }
+
+
+@pytest.mark.parametrize("text", ["a: 1\na: 2", "a: [1", "a: \tb: 1", "a: 1\n b: 2", "\0"])
+def test_errors_in_shipped_files_are_those_of_other_files(text: str):
+    messages = []
+    for folder in (CONF, Path("elsewhere")):
+        with pytest.raises(YAMLError) as error:
+            parse_yaml(text, folder / "any.yaml")
+        messages.append(str(error.value).replace(str(folder), ""))
+    assert messages[0] == messages[1]

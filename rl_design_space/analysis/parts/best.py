@@ -17,6 +17,7 @@ from rl_design_space.analysis.parts.measured import (
     Cost,
     at_the_edge,
     measured,
+    measured_each,
     value,
     weightings,
 )
@@ -36,9 +37,8 @@ class ExpectedOverBest(ClaimedBest):
         points = self.grid(data)
         best = _best(points, self.measure)
         weighted = weightings(points[best], ODD)
-        measures = {
-            key: [measured(self.measure, each, weights) for weights in weighted] for key, each in points.items()
-        }
+        both = [measured_each(self.measure, list(points.values()), weights) for weights in weighted]
+        measures = dict(zip(points, zip(*both, strict=True), strict=True))
         tested = {
             key: self._tested(*(one.over(other) for one, other in zip(each, measures[best], strict=True)))
             for key, each in measures.items()

@@ -14,7 +14,7 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.bounds import known
 from rl_design_space.analysis.parts.data import Data
-from rl_design_space.analysis.parts.measured import Cost, Weights, at_the_edge, measured, weightings
+from rl_design_space.analysis.parts.measured import Cost, Weights, at_the_edge, measured_each, weightings
 from rl_design_space.analysis.parts.ranged import Choice, Ranged, Text
 from rl_design_space.analysis.tested import Tested
 from rl_design_space.learning.result import LearningCurves
@@ -53,9 +53,8 @@ class ExplorationOverExploration(Ranged):
 
     def _best(self, points: Mapping[Any, LearningCurves], weights: Weights) -> NDArray[np.intp]:
         """Return the place of the best point under each weighting of the periods."""
-        best: NDArray[np.intp] = np.argmin(
-            [measured(self.measure, each, weights).low for each in points.values()], axis=0
-        )
+        each = measured_each(self.measure, list(points.values()), weights)
+        best: NDArray[np.intp] = np.argmin([bounds.low for bounds in each], axis=0)
         return best
 
 

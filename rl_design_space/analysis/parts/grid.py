@@ -13,7 +13,7 @@ from rl_design_space._strict import STRICT
 from rl_design_space.analysis.bounds import Bounds, stacked
 from rl_design_space.analysis.parts.claimed_best import ClaimedBest
 from rl_design_space.analysis.parts.data import Data
-from rl_design_space.analysis.parts.measured import Measure, Weights, at_the_edge, measured, weightings
+from rl_design_space.analysis.parts.measured import Measure, Weights, at_the_edge, measured, measured_each, weightings
 from rl_design_space.analysis.parts.ranged import Choice, Ranged, Text
 from rl_design_space.analysis.tested import Severity, Tested, every_in_range, interval
 from rl_design_space.learning.result import LearningCurves
@@ -127,7 +127,7 @@ def _of_grid(name: str, points: Mapping[Any, LearningCurves]) -> tuple[Bounds, B
 
 
 def _rows(name: str, points: Mapping[Any, LearningCurves], weights: Weights) -> Bounds:
-    return stacked([measured(name, each, weights) for each in points.values()])
+    return stacked(measured_each(name, list(points.values()), weights))
 
 
 def _over_others(measures: Bounds, place: int) -> Bounds:

@@ -5,7 +5,7 @@ The unit is the period. Points of equal size have the same layouts, so all of th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -41,14 +41,36 @@ Weights: TypeAlias = FloatArray | Resamples
 
 
 def measured(name: str, recorded: LearningCurves, weights: Weights) -> Bounds:
-    """Return a measure of a point under each weighting of the periods.
+    """Return a measure of a point under each weighting of the periods, see `measured_each`."""
+    return measured_each(name, [recorded], weights)[0]
 
-    Under resamples it is computed once for each result, because several parts of claims ask for it.
+
+def measured_each(name: str, points: Sequence[LearningCurves], weights: Weights) -> list[Bounds]:
+    """Return a measure of points under each weighting of the periods.
+
+    Under resamples it is computed once for each result, because several parts of claims ask for it. Of many periods,
+    the weights take longer to make than to use, so each block of them serves all points.
 
     Raises:
         ConfigError: the weights are those of points with another number of periods.
-        LookupError: the point has too few trials for this measure, as in a quick look.
+        LookupError: a point has too few trials for this measure, as in a quick look.
     """
+    for recorded in points:
+        _check(name, recorded, weights)
+    if not isinstance(weights, Resamples):
+        return [_bounds([each]) for each in Censored.of_each(measure(name), points, weights)]
+    key = name, weights
+    new = [recorded for recorded in points if key not in recorded.computed]
+    parts: list[list[Censored]] = [[] for _ in new]
+    for block in weights.blocks() if new else ():
+        for part, each in zip(parts, Censored.of_each(measure(name), new, block), strict=True):
+            part.append(each)
+    for recorded, part in zip(new, parts, strict=True):
+        recorded.computed[key] = _bounds(part)
+    return [recorded.computed[key] for recorded in points]
+
+
+def _check(name: str, recorded: LearningCurves, weights: Weights) -> None:
     if len(recorded.steps) != weights.shape[1]:
         raise ConfigError(
             f"seed, task.periods: points of {weights.shape[1]} and {len(recorded.steps)} periods cannot be compared in "
@@ -56,18 +78,10 @@ def measured(name: str, recorded: LearningCurves, weights: Weights) -> Bounds:
         )
     if not has_trials(name, recorded):
         raise LookupError(f"{name}: there are only {recorded.steps.shape[1]} trials")
-    if not isinstance(weights, Resamples):
-        return _bounds(name, recorded, [weights])
-    key = name, weights
-    if key not in recorded.computed:
-        recorded.computed[key] = _bounds(name, recorded, weights.blocks())
-    found: Bounds = recorded.computed[key]
-    return found
 
 
-def _bounds(name: str, recorded: LearningCurves, blocks: Iterable[FloatArray]) -> Bounds:
-    each = [Censored.of(measure(name), recorded, block) for block in blocks] or [_NOTHING]
-    found = each[0] if len(each) == 1 else Censored.joined(each)
+def _bounds(parts: Sequence[Censored]) -> Bounds:
+    found = parts[0] if len(parts) == 1 else Censored.joined(parts or [_NOTHING])
     samples = found.values
     return Bounds(samples, np.where(found.at_least, np.inf, samples) if found.at_least.any() else samples)
 
