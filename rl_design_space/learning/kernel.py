@@ -2,7 +2,7 @@
 
 Several periods are learned side by side (`lanes`), each with a random stream of its own (`behaviour`), so the result of
 a period does not depend on the others. In every iteration of the loop all agents choose an action (`behaviour`), then
-all execute it (`moving`), then all learn (`updating`).
+all execute it (`moving`), then all learn (`updating`). From actions of several steps they learn as they execute them.
 
 Numba counts references to arrays. It omits the counting in a loop only if the last use of every array that a function
 gets is outside of any condition; that is why some values are computed first and discarded afterwards.
@@ -100,6 +100,7 @@ def learn(  # noqa: C901 (branches on `table`, `errors` and `method` are compile
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
     one_step = table is None and len(limits) == 4
+    # Whether decisions read rows of the Q-matrix as vectors instead of copies of their values by action.
     in_rows = table is None and not one_step
     next_of = step_table(next_cell, table)
     limit_of = np.array(limits)

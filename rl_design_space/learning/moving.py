@@ -74,7 +74,7 @@ def maximum(q, row, n_actions):
 def look(numbers, q, running, limits):
     """Note which actions have the maximum of each lane's current row.
 
-    With multi-step actions this takes fewer instructions than to copy the rows, see `see`, which have 8 values or more.
+    With multi-step actions, whose rows have 8 values or more, this takes fewer instructions than `see`, which copies.
     """
     for place in range(running):
         lane = index(place)

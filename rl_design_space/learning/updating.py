@@ -42,7 +42,7 @@ def update(numbers, reals, values, running, cells, limits, rules, one_step, in_r
     """Compute the new Q-values of the chosen actions, and the next states of the agents.
 
     The best value of the next state is taken before this update. The target includes it unless the next state is
-    terminal; the state at the step cap is not terminal.
+    terminal; the state at the step cap is not terminal. With `in_rows`, the best value is the first of `values`.
 
     Returns:
         Whether any trial has ended, and whether any update has changed a value of an agent's current row.
