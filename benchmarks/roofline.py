@@ -51,7 +51,7 @@ def _move(turns, lanes, next_of, entries, limits, rules, running, wide):
 @_compiled
 def _update(turns, lanes, next_of, entries, limits, rules, running, wide):
     for _ in range(turns):
-        updating.update(lanes.numbers, lanes.reals, lanes.values, wide, np.uint64(0), limits, rules, True, None)
+        updating.update(lanes.numbers, lanes.reals, lanes.values, wide, np.uint64(0), limits, rules, True, False, None)
 
 
 @_compiled

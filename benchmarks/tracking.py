@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from shutil import copyfile
@@ -62,7 +63,7 @@ def measure(
         works: what is learned, by name.
         cores: that may learn; by default all.
         naive_points: points that the naive way records in a round.
-        empty: a database that MLflow has made, which the naive way copies; None if MLflow is to make one each time.
+        empty: a database that MLflow has made, which both ways copy; None if MLflow is to make one each time.
 
     Returns:
         One row a case and round: case, round, cpu_ms a point, and of ours slowed: seconds a move over those without,
@@ -74,7 +75,7 @@ def measure(
         for name, work in works.items():
             for threads in sorted({max(all_threads - 1, 1), all_threads}):
                 case = {"case": f"{OURS}, {name}, {threads} of {all_threads} cores learn", "round": round_}
-                rows.append(case | _costs(work, threads, without_first=bool(round_ % 2)))
+                rows.append(case | _costs(work, threads, empty, without_first=bool(round_ % 2)))
                 report(f"tracking: round {round_ + 1} of {rounds}, {case['case']}")
         rows.append({"case": NAIVE, "round": round_, "cpu_ms": 1e3 * _naive(naive_points, empty)})
     return pd.DataFrame(rows)
@@ -107,11 +108,11 @@ def text_of(frame: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _costs(work: Work, threads: int, *, without_first: bool) -> dict[str, float]:
+def _costs(work: Work, threads: int, empty: Path | None, *, without_first: bool) -> dict[str, float]:
     """What is measured in a round; either of the sweeps that are compared comes first in half of the rounds."""
-    few = _sweep(work, work.few, threads)
+    few = _sweep(work, work.few, threads, empty)
     trackings = ("tracking=none", "tracking=sqlite") if without_first else ("tracking=sqlite", "tracking=none")
-    many = {tracking: _sweep(work, work.many, threads, tracking) for tracking in trackings}
+    many = {tracking: _sweep(work, work.many, threads, empty, tracking) for tracking in trackings}
     with_, without = many["tracking=sqlite"], many["tracking=none"]
     return {
         "cpu_ms": 1e3 * (with_["tracker_cpu"] - few["tracker_cpu"]) / ((work.many - work.few) * work.points),
@@ -120,8 +121,8 @@ def _costs(work: Work, threads: int, *, without_first: bool) -> dict[str, float]
     }
 
 
-def _sweep(work: Work, seeds: int, threads: int, *more: str) -> dict[str, float]:
-    with TemporaryDirectory() as folder:
+def _sweep(work: Work, seeds: int, threads: int, empty: Path | None, *more: str) -> dict[str, float]:
+    with _folder(empty) as folder:
         sweep = ["-m", *work.overrides, f"seed=range(0,{seeds})", f"threads={threads}", f"outputs={folder}", *more]
         ended = run([sys.executable, "-m", "benchmarks.tracked", *sweep])
         figures: dict[str, float] = json.loads(ended.stderr.splitlines()[-1])
@@ -130,8 +131,15 @@ def _sweep(work: Work, seeds: int, threads: int, *more: str) -> dict[str, float]
 
 def _naive(points: int, empty: Path | None) -> float:
     """Return the CPU seconds a point; making the database does not count."""
+    with _folder(empty) as folder:
+        ended = run([sys.executable, "-m", "benchmarks.naive", str(folder / "mlflow.db"), str(points)])
+        return float(json.loads(ended.stdout.splitlines()[-1])["cpu"]) / points
+
+
+@contextmanager
+def _folder(empty: Path | None) -> Iterator[Path]:
+    """A temporary folder, with a copy of a database if there is one to copy."""
     with TemporaryDirectory() as folder:
         if empty:
             copyfile(empty, Path(folder) / "mlflow.db")
-        ended = run([sys.executable, "-m", "benchmarks.naive", str(Path(folder) / "mlflow.db"), str(points)])
-        return float(json.loads(ended.stdout.splitlines()[-1])["cpu"]) / points
+        yield Path(folder)

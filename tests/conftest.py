@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,23 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Scheduling | None:
     """Keep files whole in all runs with several processes, unless another way is asked for."""
     return Scheduling(config, log) if config.getvalue("dist") in {"load", "loadfile"} else None
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Tell each of several processes whether all tests are run."""
+    config = node.config
+    node.workerinput["whole"] = config.args_source is config.ArgsSource.TESTPATHS and not config.option.keyword
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the kernel, if all tests are run: each of several processes its part."""
+    process: dict[str, Any] = getattr(session.config, "workerinput", {})
+    if process.get("whole"):
+        from tests.forms import compile_forms
+
+        with suppress(Exception):  # tests will show it
+            compile_forms(int(process["workerid"].removeprefix("gw")), process["workercount"])
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -37,10 +37,18 @@ LONGEST = (
     "learning/test_against_reference.py",
     "commands/test_new.py",
 )
-#: Files that run in the process of another one, because they share its tracking server, which takes seconds to start.
+_SERVER, _STUDIES = "tests/tracking/test_server_faults.py", "tests/config/test_every_yaml.py"
+#: Files that run in the process of another one, because they share its tracking server or its plans of shipped studies,
+#: which take seconds.
 TOGETHER = {
-    "tests/tracking/test_server_writer.py": "tests/tracking/test_server_faults.py",
-    "tests/test_documented_servers.py": "tests/tracking/test_server_faults.py",
+    "tests/tracking/test_server_writer.py": _SERVER,
+    "tests/test_documented_servers.py": _SERVER,
+    "tests/report/test_claims_ledger.py": _STUDIES,
+    "tests/report/test_curves_figure.py": _STUDIES,
+    "tests/report/test_curves_figure_picture.py": _STUDIES,
+    "tests/report/test_multiverse.py": _STUDIES,
+    "tests/report/test_published_table.py": _STUDIES,
+    "tests/tracking/test_views.py": _STUDIES,
 }
 
 

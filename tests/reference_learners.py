@@ -15,7 +15,8 @@ import numpy as np
 from rl_design_space import design
 from rl_design_space.design import DesignPoint
 from tests import reference
-from tests.reference import HALF, Period, Xoshiro
+from tests.reference import Period
+from tests.reference_streams import HALF, Xoshiro, generator_of, layout_of
 
 _LN2 = 0.6931471805599453
 
@@ -243,11 +244,11 @@ def _several_steps(agent: Agent, time, state, action, reward, following, next_ac
 
 def learn_period(point: DesignPoint, period: int) -> Period:
     """All trials of a period."""
-    layout = reference.layout_of(point, period)
+    layout = layout_of(point, period)
     codes = point.representation.observation(point.world, np.array(layout[1:])).tolist()
     first = initial_q(point)
     q = {code: [first] * 4 for of_counter in codes for code in of_counter}
-    agent = Agent(point, reference.generator_of(point, period), q, {code: list(values) for code, values in q.items()})
+    agent = Agent(point, generator_of(point, period), q, {code: list(values) for code, values in q.items()})
     result = Period([], [], q)
     levels = point.exploration.schedule(point.task.trials).tolist()
     error = 0.0

@@ -12,6 +12,7 @@ import numpy as np
 
 from rl_design_space.design import AdHoc, DesignPoint, Distance, StagePoint, stages_of
 from tests import reference
+from tests.reference_streams import WORD, generator_of, layout_of, layout_word
 
 
 @dataclass
@@ -36,7 +37,7 @@ class _Carried:
 
 def learn_period(point: DesignPoint, period: int) -> list[Staged]:
     """Return all stages of a period."""
-    generator = reference.generator_of(point, period)
+    generator = generator_of(point, period)
     found, before = [], None
     for stage, layout in zip(stages_of(point), layouts_of(point, period), strict=True):
         codes = _split(stage, before) if stage.refine else meanings(stage.point, layout[1:])
@@ -160,17 +161,17 @@ def meanings(point: DesignPoint, goals: list[int]) -> list[list]:
 
 def layouts_of(point: DesignPoint, period: int) -> list[list[int]]:
     """Return start and goals of each stage."""
-    places, world, number = reference.layout_of(point, period), point.world, 0
+    places, world, number = layout_of(point, period), point.world, 0
     found = []
     for stage in stages_of(point):
         (width, height), here = world.shape, stage.point.world
         if stage.layout == "new":
             number += 1
-            places, world = reference.layout_of(stage.point, period, number), here
+            places, world = layout_of(stage.point, period, number), here
         elif stage.layout == "shifted":
             number += 1
-            word = reference.layout_word(point, period, number)
-            offset = 1 + word * (width * height - 1) // reference.WORD
+            word = layout_word(point, period, number)
+            offset = 1 + word * (width * height - 1) // WORD
             right, down = offset % width, offset // width
             places = [(c // width + down) % height * width + (c % width + right) % width for c in places]
         found.append(_scaled(places, world, here) if stage.layout == "scaled" else places)

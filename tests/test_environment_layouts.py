@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rl_design_space.design import DesignPoint, Task
 from rl_design_space.environment import OrderedGoals
-from tests import reference
+from tests.reference_streams import layout_of
 
 
 def test_the_layout_stays_until_another_is_chosen():
@@ -13,7 +13,7 @@ def test_the_layout_stays_until_another_is_chosen():
     for options in ({}, {"period": 7}, None, {"period": 3}):
         _, info = env.reset(options=options)
         layouts.append(env.layout)
-    assert layouts == [tuple(reference.layout_of(env.point, period)) for period in (3, 3, 7, 7, 3)]
+    assert layouts == [tuple(layout_of(env.point, period)) for period in (3, 3, 7, 7, 3)]
     assert info["period"] == 3
 
 
@@ -21,7 +21,7 @@ def test_a_seed_chooses_the_layout_which_stays_until_the_next_seed():
     env = OrderedGoals(DesignPoint(task=Task(periods=20)))
     periods = [env.reset(seed=seed)[1]["period"] for seed in (3, None, None, 23, 4, None, 3)]
     assert periods == [3, 3, 3, 3, 4, 4, 3]
-    assert env.layout == tuple(reference.layout_of(env.point, 3))
+    assert env.layout == tuple(layout_of(env.point, 3))
     assert env.reset(seed=5, options={"period": 9})[1]["period"] == env.reset()[1]["period"] == 9
     fixed = OrderedGoals(period=3)
     assert [fixed.reset(seed=seed)[1]["period"] for seed in (1, 2, None)] == [3, 3, 3]

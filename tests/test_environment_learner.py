@@ -15,6 +15,7 @@ from tests import reference
 from tests.learning import strategies
 from tests.learning.plays import play_period
 from tests.misfits import misfit
+from tests.reference_streams import generator_of, layout_of
 
 
 def by_observation(env: OrderedGoals, actions: list[reference.Action], period: int) -> list[reference.Action]:
@@ -30,7 +31,7 @@ def by_observation(env: OrderedGoals, actions: list[reference.Action], period: i
 def learn_through(env: OrderedGoals, period: int) -> reference.Period:
     """Learn all trials of a period with the plain learner, from the random words of the kernel and the env alone."""
     point = env.point
-    actions = by_observation(env, reference.actions_of(point, reference.layout_of(point, period)[1:]), period)
+    actions = by_observation(env, reference.actions_of(point, layout_of(point, period)[1:]), period)
     assert env.action_space.n == len(actions)
     q: dict[int, list[float]] = {}
     code_of: dict[int, int] = {}
@@ -41,7 +42,7 @@ def learn_through(env: OrderedGoals, period: int) -> reference.Period:
         q.setdefault(observation, [point.learner.initial_q] * len(actions))
         return observation
 
-    generator = reference.generator_of(point, period)
+    generator = generator_of(point, period)
     result = reference.Period([], [], {})
     for epsilon in point.exploration.schedule(point.task.trials).tolist():
         state = see(*env.reset(options={"period": period}))
@@ -122,7 +123,7 @@ def test_rows_are_those_of_the_kernel(point: DesignPoint, data: st.DataObject):
     """Rows are numbered by the first occurrence of their code over success counters and cells, as in the kernel."""
     period = data.draw(st.integers(0, point.task.periods - 1))
     env = OrderedGoals(point, period)
-    _, *goals = reference.layout_of(point, period)
+    _, *goals = layout_of(point, period)
     codes = point.representation.observation(point.world, np.array(goals)).ravel().tolist()
     row_of = {code: row for row, code in enumerate(dict.fromkeys(codes))}
     assert len(row_of) == simulate(point, threads=1).rows[period, 0] <= env.observation_space.n

@@ -26,7 +26,7 @@ if not _COMPILER:
 
 
 class _Job(ctypes.Structure):
-    """The struct at the head of textbook.c."""
+    """The struct at the head of choosing.h."""
 
     _fields_ = (
         *((name, ctypes.c_int) for name in ("cells", "goals", "trials", "max_steps")),

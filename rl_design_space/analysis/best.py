@@ -13,7 +13,8 @@ Each bound is then moved outwards by the skew of its own difference (Hall, "On t
 transformation", JRSS B 54, 1992), so a design with a heavy tail widens its own bounds and not those of others.
 
 Designs may have unequal numbers of periods, as after a race (`analysis.race`). Each pair is then compared over the
-periods that both have, and a tenth of the error is left to the looks at which others were stopped.
+periods that both have, and a tenth of the error is left to the looks at which others were stopped. A design with fewer
+periods than others is left out as well if those that led before are better at this error (`analysis.leaders`).
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.leaders import SHARE, behind_leaders
 from rl_design_space.analysis.pairs import Pairs, PeriodPairs, ResampledPairs, cut, ratio, reach
 from rl_design_space.analysis.resampling import resample_weights
 
@@ -106,6 +108,8 @@ def best_set(
         doubt = np.maximum(doubt, pairs.differences(other) - error * reach(far, -skew))
     doubt[outlying] = np.maximum(doubt[outlying], doubt[designs:])
     near = np.flatnonzero(doubt[:designs] <= 0)
+    if unequal and each is not None:
+        near = near[~_stopped(each, (1 - confidence) * (1 - LAST_SHARE))[near]]
     near = near[np.argsort(value[near], kind="stable")]
     exact = max(1, int(_WORK / (RESAMPLES * designs + samples.size)))
     inside = np.zeros(designs, dtype=bool)
@@ -168,6 +172,12 @@ def _quantile(pairs: Pairs, forms: Sequence[int], design: int, errors: Sequence[
         drawn[:, design] = 0
         largest = np.maximum(largest, ratio(drawn, error).max(axis=1))
     return float(np.quantile(largest, 1 - level))
+
+
+def _stopped(each: FloatArray, error: float) -> NDArray[np.bool_]:
+    """Return which designs have fewer periods than others and are behind those that led before, (designs,)."""
+    counts = (~np.isnan(each)).sum(axis=0)
+    return np.asarray((counts < counts.max()) & behind_leaders(each, error * SHARE))
 
 
 def _of_common_periods(each: FloatArray, designs: NDArray[np.bool_]) -> FloatArray:

@@ -211,3 +211,26 @@ def ratio(away: FloatArray, error: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.asarray(away / error)
     return np.where(np.isnan(found), 0.0, found)
+
+
+def better(leader: FloatArray, rows: NDArray[np.intp], each: FloatArray, quantile: FloatArray) -> NDArray[np.bool_]:
+    """Return whether a leader is better beyond doubt than designs that have some of its periods, (designs,).
+
+    Args:
+        leader: (periods,)
+        rows: periods that the designs have.
+        each: (rows, designs)
+        quantile: (designs,) numbers of standard errors that are beyond doubt.
+    """
+    count = len(rows)
+    away = each - leader[rows, np.newaxis]
+    gap = away.mean(axis=0)
+    away -= gap
+    square = away * away
+    second = square.mean(axis=0)
+    square *= away
+    skew = ratio(square.mean(axis=0), second**1.5) / np.sqrt(count)
+    # Long periods of the leader that the other design has not come to.
+    unmet = max(0.0, leader.var() - leader[rows].var())
+    error = np.sqrt((second + unmet) / (count - 1))
+    return np.asarray((gap > 0) & (gap > error * reach(quantile, -skew)))

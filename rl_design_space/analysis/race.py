@@ -1,9 +1,10 @@
 """A race of designs: all begin with few periods, those that are worse beyond doubt stop, the others go on.
 
 After certain numbers of periods, the looks, a design stops if one of those with the best values is better beyond
-doubt. The difference is paired by period; it has to exceed the quantile of Student's t at the error of this look over
-the number of designs in the race, moved outwards by the skew of the difference (`analysis.best`). Errors of all looks
-add up to the error of the race: the true best is stopped or left out of the final set in 5 % of cases at most, however
+doubt, or the mean of those that led before is (`analysis.leaders`); each of the two has half of the error of the look.
+The difference is paired by period; from one design it has to exceed the quantile of Student's t at this error over the
+number of designs in the race, moved outwards by the skew of the difference (`analysis.best`). Errors of all looks add
+up to the error of the race: the true best is stopped or left out of the final set in 5 % of cases at most, however
 many designs and looks there are. Nine tenths of the error are left to the last look, so that its set (`best_set`) is
 nearly that of designs which all have all periods. Designs that were stopped no longer count as rivals, because a tenth
 of the error pays for having left them out (Romano, Shaikh and Wolf, Econometrica 82, 2014).
@@ -28,7 +29,8 @@ from scipy import stats
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.best import CONFIDENCE, LAST_SHARE
-from rl_design_space.analysis.pairs import cut, ratio, reach
+from rl_design_space.analysis.leaders import SHARE, behind_leaders
+from rl_design_space.analysis.pairs import better, cut
 
 #: Periods that all designs begin with, and factor from one look to the next.
 FIRST, GROWTH = 20, 1.5
@@ -80,17 +82,17 @@ def behind(values: Sequence[FloatArray], look: Look) -> NDArray[np.bool_]:
     means = np.array([values[design][: look.periods].mean() for design in racing.tolist()])
     leaders = racing[np.argsort(means, kind="stable")[:_LEADERS]]
     leading = np.stack([values[design][: look.periods] for design in leaders.tolist()], axis=1)
-    found = np.zeros(len(values), dtype=bool)
+    found = behind_leaders(matrix([each[: look.periods] for each in values]), look.error * SHARE)
     for count in np.unique(np.minimum(counts, look.periods)).tolist():
         group = np.flatnonzero(np.minimum(counts, look.periods) == count)
         each = np.stack([values[design][:count] for design in group.tolist()], axis=1)
         less, outlying = cut(each)
-        error = np.full(len(group), look.error / max(1, len(racing) - 1))
+        error = np.full(len(group), look.error * (1 - SHARE) / max(1, len(racing) - 1))
         error[outlying] /= 2  # for two comparisons
         quantile = stats.t.isf(error, count - 1)
         for leader in leading.T:
-            found[group] |= _better(leader, each, quantile)
-            found[group[outlying]] |= _better(leader, less, quantile[outlying])
+            found[group] |= better(leader, np.arange(count), each, quantile)
+            found[group[outlying]] |= better(leader, np.arange(count), less, quantile[outlying])
     return found
 
 
@@ -100,25 +102,3 @@ def matrix(values: Sequence[FloatArray]) -> FloatArray:
     for design, numbers in enumerate(values):
         each[: len(numbers), design] = numbers
     return each
-
-
-def _better(leader: FloatArray, each: FloatArray, quantile: FloatArray) -> NDArray[np.bool_]:
-    """Return whether a leader is better beyond doubt than designs that have at most as many periods, (designs,).
-
-    Args:
-        leader: (periods,)
-        each: (at most as many periods, designs)
-        quantile: (designs,) numbers of standard errors that are beyond doubt.
-    """
-    count = len(each)
-    away = each - leader[:count, np.newaxis]
-    gap = away.mean(axis=0)
-    away -= gap
-    square = away * away
-    second = square.mean(axis=0)
-    square *= away
-    skew = ratio(square.mean(axis=0), second**1.5) / np.sqrt(count)
-    # Long periods of the leader that the other design has not come to.
-    unmet = max(0.0, leader.var() - leader[:count].var())
-    error = np.sqrt((second + unmet) / (count - 1))
-    return np.asarray((gap > 0) & (gap > error * reach(quantile, -skew)))

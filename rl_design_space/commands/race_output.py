@@ -34,7 +34,10 @@ def show_plan(plan: Plan, begin: Plan, looks: Sequence[Look], settings: Settings
     for line in plan_lines(plan):
         console.print(line, markup=False, soft_wrap=True)
     counts = ", ".join(f"{look.periods:,}" for look in looks)
-    console.print(f"compared after {counts} periods; those that are worse beyond doubt stop", soft_wrap=True)
+    what = "those that are worse beyond doubt stop"
+    if len(looks) == 1:
+        what = "none stops early, as task.periods is not above hydra.sweeper.first"
+    console.print(f"compared after {counts} periods; {what}", soft_wrap=True)
     threads, record = settings.learning_threads, seconds_to_record(settings.tracking)
     for bound, part, found, records in zip(("least", "most"), (begin, plan), recorded, (1, len(looks)), strict=True):
         left = [planned for planned in part if planned.fingerprint not in found.points]

@@ -22,6 +22,8 @@ STAR = "★"
 #: Designs that are listed, and half the width of a 95 % interval in standard errors.
 _LISTED, _NORMAL_95 = 10, 1.96
 _PERIODS = "task.periods"
+#: Key of the periods of the first look.
+_FIRST = "hydra.sweeper.first"
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class RaceResult:
         errors: their standard errors.
         steps: their steps.
         best: the set of the best.
+        first: periods that all began with.
         most: periods of those that went on to the end.
         confidence: with which the set holds the best.
         largest_is_best: whether a large value is good.
@@ -46,6 +49,7 @@ class RaceResult:
     errors: FloatArray
     steps: FloatArray
     best: BestSet
+    first: int
     most: int
     confidence: float
     largest_is_best: bool = False
@@ -71,10 +75,18 @@ class RaceResult:
         inside, designs = int(self.best.inside.sum()), len(self.plan)
         at_end = int((self.periods == self.most).sum())
         what = "1 design" if inside == 1 else f"{inside:,} designs"
+        took = (
+            f"race: {designs:,} designs began with {self.first:,} periods, {at_end:,} went on to {self.most:,}; "
+            f"{_millions(self.spent)} steps, {self.spent / self.full:.1%} of about {_millions(self.full)} of the full "
+            "sweep"
+        )
+        if self.first == self.most:
+            took = (
+                f"race: {_PERIODS}={self.most:,} is not above {_FIRST}, so none of {designs:,} designs stopped early; "
+                f"{_millions(self.spent)} steps, as many as the full sweep"
+            )
         return [
-            f"race: {designs:,} designs began with {self.periods.min():,.0f} periods, {at_end:,} went on to "
-            f"{self.most:,}; {_millions(self.spent)} steps, {self.spent / self.full:.1%} of about "
-            f"{_millions(self.full)} of the full sweep",
+            took,
             f"{what} of {designs:,} cannot be told from the best by {self.name} at {100 * self.confidence:.4g} %",
         ]
 

@@ -120,7 +120,9 @@ class Race:
             learn = [number for number in going if len(self._values[number]) < look.periods]
         for number in set(self._results) - set(going):
             del self._results[number]
-        console.print(f"after {look.periods:,} periods: {len(going):,} of {len(self._plan):,} go on", highlight=False)
+        if look != self._looks[-1]:
+            told = f"after {look.periods:,} periods: {len(going):,} of {len(self._plan):,} go on"
+            console.print(told, highlight=False)
         return going
 
     def _learn(self, look: Look, numbers: Sequence[int], opened: ExitStack) -> None:
@@ -190,6 +192,7 @@ class Race:
             errors=np.array([values.std(ddof=1) / np.sqrt(len(values)) for values in each]),
             steps=np.array([self._steps[number] for number in numbers]),
             best=best_means(matrix(each), self._confidence),
+            first=self._looks[0].periods,
             most=self._looks[-1].periods,
             confidence=self._confidence,
             largest_is_best=self._measure.largest_is_best,

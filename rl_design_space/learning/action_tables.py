@@ -48,8 +48,10 @@ def step_table(next_cell, table):
     if table is None:
         return np.ascontiguousarray(next_cell.T).ravel()
     steps = np.zeros((next_cell.shape[1], 8), dtype=next_cell.dtype)
-    steps[:, :4] = next_cell.T
-    steps[:, 4] = np.arange(next_cell.shape[1])
+    for cell in range(len(steps)):
+        for step in range(4):
+            steps[cell, step] = next_cell[step, cell]
+        steps[cell, 4] = cell
     return steps.ravel()
 
 

@@ -10,7 +10,8 @@ process several lanes at a time.
 from __future__ import annotations
 
 from rl_design_space.learning.compiled import inlined
-from rl_design_space.learning.lanes import ACTION, LANES, S0, S1, S2, S3, THRESHOLD, WORD, index
+from rl_design_space.learning.lanes import ACTION, LANES, MAXIMA, S0, S1, S2, S3, THRESHOLD, WORD, index
+from rl_design_space.learning.rows import count_of_bits
 
 #: ε is compared with a resolution of 2^-32.
 COIN_SIDES = 2**32
@@ -69,10 +70,30 @@ def choose(numbers, values, running, limits, rules):
         for action in range(len(limits) - 1):
             seen += index(values[index(action * LANES) + lane] >= best)
             greedy += index(seen <= skip)
-        if rules.explore_all:
-            other = (lower * n_actions) >> _32
-        else:
-            other = ((product & _LOW) * (n_actions - _1)) >> _32
-            other += index(other >= greedy)
-        explores = (word >> _32) < numbers[THRESHOLD + lane]
-        numbers[ACTION + lane] = other if explores else greedy
+        _decide(numbers, lane, word, product, greedy, n_actions, rules)
+
+
+@inlined
+def choose_by_bits(numbers, running, limits, rules):
+    """Choose as `choose` does, from the bits of the actions whose Q-values are the maximum."""
+    for lane in range(running):
+        word, bits = numbers[WORD + lane], numbers[MAXIMA + lane]
+        product = (word & _LOW) * (_1 if rules.first_maximum else count_of_bits(bits))
+        skip = product >> _32
+        greedy = seen = _0
+        for action in range(len(limits) - 1):
+            seen += (bits >> index(action)) & _1
+            greedy += index(seen <= skip)
+        _decide(numbers, lane, word, product, greedy, index(len(limits)), rules)
+
+
+@inlined
+def _decide(numbers, lane, word, product, greedy, n_actions, rules):
+    """Choose the greedy action or explore."""
+    if rules.explore_all:
+        other = ((word & _LOW) * n_actions) >> _32
+    else:
+        other = ((product & _LOW) * (n_actions - _1)) >> _32
+        other += index(other >= greedy)
+    explores = (word >> _32) < numbers[THRESHOLD + lane]
+    numbers[ACTION + lane] = other if explores else greedy

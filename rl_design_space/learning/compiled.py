@@ -12,7 +12,8 @@ import hashlib
 import pickle
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,25 +21,25 @@ from uuid import uuid4
 
 import numba
 from numba import njit
+from numba.core import event
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
 _DIGEST_SIZE = hashlib.sha256().digest_size
 #: Decorator of functions that are called so rarely that they need not be inlined.
 compiled = njit(nogil=True, error_model="numpy")
-#: Decorator of functions that are inlined into the loop that calls them.
-inlined = njit(nogil=True, error_model="numpy", forceinline=True)
-
-#: Options that Numba's annotations do not know. Without wrappers, such a function must not be called from Python.
-_UNCOUNTED: dict[str, Any] = {
+#: Options that Numba's annotations do not know. Without wrappers, a function is compiled in less time, and must not be
+#: called from Python.
+_UNWRAPPED: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
-    "_nrt": False,
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }
+#: Decorator of functions that are inlined into the loop that calls them.
+inlined = njit(**{**_UNWRAPPED, "forceinline": True})
 #: Decorator of functions that allocate nothing, so that references to arrays need not be counted in them.
-uncounted = njit(**_UNCOUNTED)
+uncounted = njit(**{**_UNWRAPPED, "_nrt": False})
 
 
 def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -54,6 +55,16 @@ def compiled_and_kept(function: Callable[..., Any]) -> Callable[..., Any]:
             _warn_of_cache(error)
     kept: Callable[..., Any] = dispatcher
     return kept
+
+
+@contextmanager
+def compile_timer() -> Iterator[Callable[[], float]]:
+    """Give a function that returns the seconds of compiling inside the context, by all threads together.
+
+    Loading compiled code does not count. Numba compiles one function at a time.
+    """
+    with event.install_listener("numba:compile", event.TimingListener()) as timer:
+        yield lambda: float(timer.duration) if timer.done else 0.0
 
 
 class _Kept(FunctionCache):

@@ -2,7 +2,7 @@
 
 Several periods are learned side by side (`lanes`), each with a random stream of its own (`behaviour`), so the result of
 a period does not depend on the others. In every iteration of the loop all agents choose an action (`behaviour`), then
-all execute it (`moving`), then all learn (`updating`).
+all execute it (`moving`), then all learn (`updating`). From actions of several steps they learn as they execute them.
 
 Numba counts references to arrays. It omits the counting in a loop only if the last use of every array that a function
 gets is outside of any condition; that is why some values are computed first and discarded afterwards.
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rl_design_space.learning.action_tables import move_by_table, propagate_by_table, step_table
-from rl_design_space.learning.behaviour import choose, draw
+from rl_design_space.learning.behaviour import choose, choose_by_bits, draw
 from rl_design_space.learning.chance import pay_of
 from rl_design_space.learning.compiled import compiled_and_kept
 from rl_design_space.learning.lanes import (
@@ -24,18 +24,20 @@ from rl_design_space.learning.lanes import (
     FEW,
     FINAL_GOAL,
     KIND,
-    LANES,
     MOVES,
     PERIOD,
     TRIAL,
     WIDTH,
     index,
 )
-from rl_design_space.learning.moving import move_on, move_once, powers, sort_by_length
+from rl_design_space.learning.moving import look, move_on, move_once, powers
 from rl_design_space.learning.periods import begin_period, begin_trial, end_period, swap
+from rl_design_space.learning.rows import highest_bit
 from rl_design_space.learning.sequential.periods import learn_in_sequence
 from rl_design_space.learning.td_errors import add_errors, note_states, places_for_states
-from rl_design_space.learning.updating import keep, propagate, update
+from rl_design_space.learning.updating import keep, update
+
+_0, _1 = index(0), index(1)
 
 
 class Rules(NamedTuple):
@@ -98,6 +100,8 @@ def learn(  # noqa: C901 (branches on `table`, `errors` and `method` are compile
     taken, n_goals, cells = observation.shape
     trials = steps.shape[1]
     one_step = table is None and len(limits) == 4
+    # Whether decisions read rows of the Q-matrix as vectors instead of copies of their values by action.
+    in_rows = table is None and not one_step
     next_of = step_table(next_cell, table)
     limit_of = np.array(limits)
     discounts = powers(rules.gamma, max(limits))
@@ -115,8 +119,6 @@ def learn(  # noqa: C901 (branches on `table`, `errors` and `method` are compile
         lanes.q.ravel(),
         lanes.entries.ravel(),
     )
-    # One element more than lanes: see `sort_by_length`.
-    order = np.empty(LANES + 1, dtype=np.int64)
     passed, rewards = lanes.passed.ravel(), lanes.rewards.ravel()
     made, controls, went = lanes.made.ravel(), lanes.controls.ravel(), lanes.went.ravel()
     observations = index(n_goals * cells)
@@ -142,51 +144,53 @@ def learn(  # noqa: C901 (branches on `table`, `errors` and `method` are compile
 
         # Rounded up to full vectors: results of lanes that do not run are never used.
         wide = running if running <= FEW else (running + WIDTH - 1) // WIDTH * WIDTH
-        singles = 0
         if errors is not None:
             note_states(numbers, begun_in, running, observations)
         draw(numbers, wide)
-        choose(numbers, values, wide, limits, rules)
+        if in_rows:
+            look(numbers, q, running, limits)
+            choose_by_bits(numbers, wide, limits, rules)
+        else:
+            choose(numbers, values, wide, limits, rules)
         if table is None:
             if one_step:
                 move_once(numbers, reals, values, q, running, next_of, entries, limits, chance, pay)
             else:
-                singles = sort_by_length(numbers, running, limits, order)
                 move_on(
-                    numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, discounts,
-                    index(cells), passed, rewards, order, singles, went, chance, pay,
+                    numbers, reals, values, q, wide, running, next_of, entries, limits, limit_of, rules, reward_of,
+                    discounts, index(cells), passed, rewards, went, chance, pay,
                 )  # fmt: skip
         else:
             move_by_table(
                 numbers, reals, values, q, running, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
                 passed, rewards, made, controls, went, chance, pay,
             )  # fmt: skip
-        some_ended, some_seen = update(numbers, reals, values, wide, index(cells), limits, rules, one_step, pay)
+        some_ended, some_seen = update(
+            numbers, reals, values, wide, index(cells), limits, rules, one_step, in_rows, pay
+        )
         if errors is not None:
             add_errors(numbers, reals, begun_in, errors, running)
-        keep(numbers, reals, values, q, running, some_seen)
-        if table is None:
-            if not one_step:
-                propagate(
-                    numbers, values, q, running, limits, limit_of, rules, discounts, passed, rewards, order, singles
-                )
-        else:
+        keep(numbers, reals, values, q, running, some_seen and not in_rows)
+        if table is not None:
             propagate_by_table(
                 numbers, values, q, running, limits, limit_of, rules, passed, rewards, made, controls
             )  # fmt: skip
         if not some_ended:
             continue
-        for lane in range(running - 1, -1, -1):
-            if not numbers[ENDED + index(lane)]:
-                continue
-            trial, period = np.int64(numbers[TRIAL + index(lane)]), np.int64(numbers[PERIOD + index(lane)])
-            steps[period, trial] = numbers[MOVES + index(lane)]
-            success[period, trial] = numbers[ENTRY + index(lane)] & KIND == FINAL_GOAL
+        ended = _0
+        for lane in range(running):
+            ended |= numbers[ENDED + index(lane)] << index(lane)
+        while ended != _0:
+            lane = highest_bit(ended)
+            ended ^= _1 << lane
+            trial, period = np.int64(numbers[TRIAL + lane]), np.int64(numbers[PERIOD + lane])
+            steps[period, trial] = numbers[MOVES + lane]
+            success[period, trial] = numbers[ENTRY + lane] & KIND == FINAL_GOAL
             if trial + 1 < trials:
                 start = index(layout[period, 0])
                 begin_trial(numbers, values, q, entries, lane, trial + 1, start, threshold, observations, limits)
             else:
-                end_period(lanes, index(lane), limits, rules.initial_q, rows, period)
+                end_period(lanes, lane, limits, rules.initial_q, rows, period)
                 # The last lane replaces it; in this loop it was processed before.
                 running -= 1
                 swap(numbers, values, lane, running)

@@ -47,7 +47,9 @@ UPDATED, SEEN, ENDED = (index(column * LANES) for column in range(12, 15))
 #: Number of steps in this trial, number of the trial, number of the period, and number of the part of the tables that
 #: the lane uses.
 MOVES, TRIAL, PERIOD, HOME = (index(column * LANES) for column in range(15, 19))
-COLUMNS = 19
+#: Bits of the actions whose Q-values are the maximum of the current row, where there are multi-step actions.
+MAXIMA = index(19 * LANES)
+COLUMNS = 20
 
 #: Q-value of the chosen action before and after its update; where there are multi-step actions, the return of the
 #: chosen one, and the discount of the next state.
@@ -68,7 +70,8 @@ class Lanes(NamedTuple):
         numbers: (COLUMNS · LANES,) uint64, see the columns above.
         reals: (REAL_COLUMNS · LANES,) float64, see the columns above.
         values: ((n_actions + 1) · LANES,) float64, the Q-values of each lane's current row, a column for every action,
-            and one for values to discard.
+            and one for values to discard. Where actions repeat several steps, the first column alone is used, for the
+            maximum of the row that an action has led to.
         q: (lanes, n_goals · cells · width of a row) float64, Q-matrices, by row and action.
         entries: (lanes, n_goals · cells) uint32, what a step onto a cell leads to, by success counter and cell: the
             offset in `q` of the row of the observation there, a multiple of four, plus one of the four kinds.

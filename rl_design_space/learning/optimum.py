@@ -102,7 +102,8 @@ def _is_sure(cells, probabilities, goal, sure):
                     if stays and leads:
                         leading[cell] = grows = True
                         break
-        sure[:] = leading
+        for cell in range(count):
+            sure[cell] = leading[cell]
 
 
 @compiled_and_kept
@@ -161,7 +162,8 @@ def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> N
     Raises:
         ConfigError: a goal cannot be reached.
     """
-    tours: NDArray[np.int32] = _tours(next_cell, layout)
+    # A copy: the search would be compiled again for a read-only array.
+    tours: NDArray[np.int32] = _tours(next_cell, np.array(layout))
     if (tours < 0).any():
         period = int(np.flatnonzero(tours < 0)[0])
         cells = layout[period].tolist()

@@ -78,11 +78,13 @@ def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, r
         number(table.marks[taken], 0, 1, marks, lanes.known_codes, lanes.known_rows)
         enter_controls(table.controls[taken], marks, entries, first, lanes.controls[home])
     if earnings is not None:
-        lanes.earnings[home] = earnings[taken]
+        for at in range(earnings.shape[1]):
+            lanes.earnings[home, at] = earnings[taken, at]
     _mark_goals(layout, entries)
     rows[period, 0] = n_rows
     if len(lanes.kept):
-        lanes.q[home, : n_rows * width] = lanes.kept[period, : n_rows * width]
+        for at in range(n_rows * width):
+            lanes.q[home, at] = lanes.kept[period, at]
     else:
         lanes.q[home, : n_rows * width] = initial_q
     lanes.numbers[PERIOD + lane] = period

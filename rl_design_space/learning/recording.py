@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from rl_design_space.learning.action_tables import move_by_table, propagate_by_table, step_table
-from rl_design_space.learning.behaviour import choose, draw
+from rl_design_space.learning.behaviour import choose, choose_by_bits, draw
 from rl_design_space.learning.chance import pay_of
 from rl_design_space.learning.compiled import compiled, compiled_and_kept
 from rl_design_space.learning.lanes import (
@@ -26,9 +26,9 @@ from rl_design_space.learning.lanes import (
     index,
     row_width,
 )
-from rl_design_space.learning.moving import move_on, move_once, powers, sort_by_length
+from rl_design_space.learning.moving import look, move_on, move_once, powers
 from rl_design_space.learning.periods import begin_period, begin_trial
-from rl_design_space.learning.updating import keep, propagate, update
+from rl_design_space.learning.updating import keep, update
 
 _32 = index(32)
 
@@ -83,6 +83,7 @@ def record(
     _, n_goals, cells = observation.shape
     trials = len(steps)
     one_step = table is None and len(limits) == 4
+    in_rows = table is None and not one_step
     next_of = step_table(next_cell, table)
     limit_of = np.array(limits)
     discounts = powers(rules.gamma, max(limits))
@@ -94,7 +95,6 @@ def record(
         lanes.q.ravel(),
         lanes.entries.ravel(),
     )
-    order = np.empty(LANES + 1, dtype=np.int64)
     passed, rewards = lanes.passed.ravel(), lanes.rewards.ravel()
     made, controls, went = lanes.made.ravel(), lanes.controls.ravel(), lanes.went.ravel()
     observations = index(n_goals * cells)
@@ -112,9 +112,12 @@ def record(
         ended = False
         while not ended:
             begin = np.int64(numbers[CELL])
-            singles = 0
             draw(numbers, 1)
-            choose(numbers, values, 1, limits, rules)
+            if in_rows:
+                look(numbers, q, 1, limits)
+                choose_by_bits(numbers, 1, limits, rules)
+            else:
+                choose(numbers, values, 1, limits, rules)
             action = np.int64(numbers[ACTION])
             explores = numbers[WORD] >> _32 < numbers[THRESHOLD]
             if table is None:
@@ -123,24 +126,20 @@ def record(
                     if len(went):
                         went[0] = numbers[CELL]
                 else:
-                    singles = sort_by_length(numbers, 1, limits, order)
                     move_on(
-                        numbers, reals, values, q, 1, next_of, entries, limits, limit_of, rules, reward_of, discounts,
-                        index(cells), passed, rewards, order, singles, went, chance, pay,
+                        numbers, reals, values, q, 1, 1, next_of, entries, limits, limit_of, rules, reward_of,
+                        discounts, index(cells), passed, rewards, went, chance, pay,
                     )  # fmt: skip
             else:
                 move_by_table(
                     numbers, reals, values, q, 1, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
                     passed, rewards, made, controls, went, chance, pay,
                 )  # fmt: skip
-            some_ended, some_seen = update(numbers, reals, values, 1, index(cells), limits, rules, one_step, pay)
-            keep(numbers, reals, values, q, 1, some_seen)
-            if table is None:
-                if not one_step:
-                    propagate(
-                        numbers, values, q, 1, limits, limit_of, rules, discounts, passed, rewards, order, singles
-                    )
-            else:
+            some_ended, some_seen = update(
+                numbers, reals, values, 1, index(cells), limits, rules, one_step, in_rows, pay
+            )
+            keep(numbers, reals, values, q, 1, some_seen and not in_rows)
+            if table is not None:
                 propagate_by_table(
                     numbers, values, q, 1, limits, limit_of, rules, passed, rewards, made, controls
                 )  # fmt: skip
@@ -152,5 +151,6 @@ def record(
         success[trial] = numbers[ENTRY] & KIND == FINAL_GOAL
         at += 1
         if len(q_after):
-            rows_of_q = q.reshape(-1, row_width(len(limits)))[: q_after.shape[1], : len(limits)]
-            q_after[trial] = rows_of_q
+            for row in range(q_after.shape[1]):
+                for column in range(len(limits)):
+                    q_after[trial, row, column] = q[row * row_width(len(limits)) + column]

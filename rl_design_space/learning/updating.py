@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from rl_design_space.learning.compiled import inlined
 from rl_design_space.learning.lanes import (
     ACTION,
@@ -26,9 +24,9 @@ from rl_design_space.learning.lanes import (
     UPDATED,
     index,
 )
-from rl_design_space.learning.moving import maximum
+from rl_design_space.learning.rows import best_of
 
-_0, _1, _2, _3 = (index(number) for number in range(4))
+_0, _1 = index(0), index(1)
 
 
 @inlined
@@ -40,11 +38,11 @@ def updated(old, gain, discount, best_next, rules):
 
 
 @inlined
-def update(numbers, reals, values, running, cells, limits, rules, one_step, pay):
+def update(numbers, reals, values, running, cells, limits, rules, one_step, in_rows, pay):
     """Compute the new Q-values of the chosen actions, and the next states of the agents.
 
     The best value of the next state is taken before this update. The target includes it unless the next state is
-    terminal; the state at the step cap is not terminal.
+    terminal; the state at the step cap is not terminal. With `in_rows`, the best value is the first of `values`.
 
     Returns:
         Whether any trial has ended, and whether any update has changed a value of an agent's current row.
@@ -55,7 +53,7 @@ def update(numbers, reals, values, running, cells, limits, rules, one_step, pay)
         kind = entry & KIND
         terminal = kind == FINAL_GOAL
         best_next = values[lane]
-        for other in range(1, len(limits)):
+        for other in range(1, 1 if in_rows else len(limits)):
             value = values[index(other * LANES) + lane]
             best_next = value if value > best_next else best_next
         if one_step:
@@ -100,38 +98,31 @@ def keep(numbers, reals, values, q, running, some_seen):
 
 
 @inlined
-def propagate(numbers, values, q, running, limits, limit_of, rules, discounts, passed, rewards, order, singles):
-    """Update the shorter actions that executed actions contain, from the cells passed, in order of time."""
-    for place in range(singles, running if rules.propagated_lengths > 0 else singles):
-        lane = index(order[place])
-        length = limit_of[numbers[ACTION + lane]]
-        executed = np.int64(numbers[EXECUTED + lane])
-        for first in range(executed):
-            gain = rewards[index(first * LANES) + lane]
-            _update_part(numbers, values, q, lane, limits, rules, passed, _0, first, first + 1, gain, rules.gamma)
-        for choice in range(1, rules.propagated_lengths):
-            shorter = limit_of[4 * choice]
-            times = executed - shorter + 1 if shorter < length else 0
-            for first in range(times):
-                last = first + shorter
-                gain = 0.0
-                for at in range(first, last):
-                    gain += discounts[at - first] * rewards[index(at * LANES) + lane]
-                part = index(4 * choice)
-                _update_part(
-                    numbers, values, q, lane, limits, rules, passed, part, first, last, gain, discounts[shorter]
-                )
+def propagate(q, lane, step, length, executed, end, limits, limit_of, rules, discounts, passed, rewards):
+    """Update the shorter actions that an executed action contains, from the cells passed, in order of time."""
+    row = passed[lane]
+    for first in range(executed):
+        last_row = passed[index((first + 1) * LANES) + lane]
+        gain = rewards[index(first * LANES) + lane]
+        _update_part(q, row + step, last_row, limits, rules, first + 1 == end, gain, rules.gamma)
+        row = last_row
+    for choice in range(1, rules.propagated_lengths):
+        shorter = limit_of[4 * choice]
+        times = executed - shorter + 1 if shorter < length else 0
+        for first in range(times):
+            last = first + shorter
+            gain = 0.0
+            for at in range(first, last):
+                gain += discounts[at - first] * rewards[index(at * LANES) + lane]
+            row = passed[index(first * LANES) + lane]
+            last_row = passed[index(last * LANES) + lane]
+            at = row + step + index(4 * choice)
+            _update_part(q, at, last_row, limits, rules, last == end, gain, discounts[shorter])
 
 
 @inlined
-def _update_part(numbers, values, q, lane, limits, rules, passed, part, first, last, gain, discount):
-    """Update an action that an executed one contains: its first steps lead to where it begins, its last to its end."""
-    terminal = (numbers[ENTRY + lane] & KIND == FINAL_GOAL) & (index(last) == numbers[EXECUTED + lane])
-    best_next = maximum(q, passed[index(last * LANES) + lane], len(limits))
+def _update_part(q, at, last_row, limits, rules, terminal, gain, discount):
+    """Update an action that an executed one contains, towards the maximum of the row where it ends."""
+    best_next = best_of(q, last_row, limits)
     best_next = 0.0 if terminal else best_next
-    row, action = passed[index(first * LANES) + lane], part + (numbers[ACTION + lane] & _3)
-    new = updated(q[row + action], gain, discount, best_next, rules)
-    q[row + action] = new
-    # The values of another row are written where nothing reads them, so that there is no condition.
-    seen = action if row == numbers[ROW + lane] else index(len(limits))
-    values[seen * index(LANES) + lane] = new
+    q[at] = updated(q[at], gain, discount, best_next, rules)

@@ -43,11 +43,22 @@ class LocalExecutor:
         self._threads = threads
         self._poll = poll
         self._join_timeout = join_timeout
+        #: Seconds that the last call of `learn` has spent on compiling, which happens once for each kind of point.
+        self.compiling = 0.0
 
     def describe(self) -> str:
         return f"{self._threads} thread{'s' if self._threads > 1 else ''}"
 
     def learn(self, points: Iterator[PlannedPoint | None]) -> Generator[PointResult, None, None]:
+        from rl_design_space.learning.compiled import compile_timer
+
+        with compile_timer() as seconds:
+            try:
+                yield from self._learn(points)
+            finally:
+                self.compiling = seconds()
+
+    def _learn(self, points: Iterator[PlannedPoint | None]) -> Generator[PointResult, None, None]:
         work = _SharedWork(points, self._threads, self._poll)
         threads = [Thread(target=work.run, name=f"learn-{i}", daemon=True) for i in range(self._threads)]
         for thread in threads:

@@ -13,11 +13,14 @@ from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.cost import expected_steps
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.executor import Executor
+from rl_design_space.run.local_executor import LocalExecutor
 from rl_design_space.run.outcome import Outcome, describe_error, summary_run
 from rl_design_space.run.recorder import Recorder
 from rl_design_space.tracking.tracker import Beginning, Findings, StoredRun, Tracker
 
 OnError = Literal["continue", "stop"]
+#: Seconds of compiling that a summary names.
+_WORTH_TELLING = 0.5
 
 
 class SweepMonitor(Protocol):
@@ -178,7 +181,10 @@ class _Sweep:
         finally:
             for fingerprint in self._started:
                 self._tracker.unlock(fingerprint)
-        for activity, seconds in (("learning", self._learning_seconds), ("recording", recorder.seconds)):
+        spent = {"learning": self._learning_seconds, "recording": recorder.seconds}
+        if isinstance(executor, LocalExecutor) and executor.compiling >= _WORTH_TELLING:
+            spent = {"compiling": executor.compiling, **spent}
+        for activity, seconds in spent.items():
             outcome.seconds[activity] = outcome.seconds.get(activity, 0.0) + seconds
 
     def _point_ended(self, planned: PlannedPoint, result: LearningCurves | Exception, stored: StoredRun | None) -> None:

@@ -14,7 +14,9 @@ import pytest
 from rl_design_space.analysis.best import best_means
 from rl_design_space.analysis.race import looks
 from rl_design_space.commands.race import race_looks
+from rl_design_space.commands.race_output import show_plan
 from rl_design_space.commands.race_run import Race
+from rl_design_space.commands.sweep_output import Recorded
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.plan.plan import Plan
@@ -110,8 +112,8 @@ def test_a_point_that_fails_is_out_of_the_race_and_the_others_go_on(plan: Plan, 
     assert list(summary.failures) == [plan[2].with_periods(10).command]
     tracker = MemoryTracker(errors=dict(tracker.errors))
     race, outcome = raced(plan, replace(settings, on_error="stop"), tracker)
-    assert race.result is None
-    assert outcome.counts["left"] > 0
+    assert race.result is None  # how many points are left depends on how many were being learned
+    assert list(outcome.failed) == [plan[2].with_periods(10).fingerprint]
 
 
 def test_the_largest_value_can_be_the_best_one(plan: Plan, settings: Settings):
@@ -137,6 +139,22 @@ def test_what_cannot_be_raced_is_refused(overrides, changed, rules, message: str
     plan = Plan([planned_point([*SMALL, override]) for override in overrides])
     with pytest.raises(ConfigError, match=message):
         race_looks(plan, replace(settings, **changed), Launcher(), {**RULES, **rules})
+
+
+def test_with_no_more_periods_than_the_first_look_all_points_get_them(
+    plan: Plan, settings: Settings, capsys: pytest.CaptureFixture[str]
+):
+    few = Plan([planned.with_periods(10) for planned in plan])
+    (look,) = race_looks(few, settings, Launcher(), {**RULES, "first": 20})
+    assert look.periods == 10
+    race = Race(few, [look], 0.95, settings, MemoryTracker(), LocalExecutor(1), "the command")
+    race.run()
+    taken, _ = race.result.lines
+    said = "race: task.periods=10 is not above hydra.sweeper.first, so none of 6 designs stopped early;"
+    assert taken.startswith(said)
+    assert "go on" not in capsys.readouterr().out
+    show_plan(few, few, [look], settings, [Recorded(), Recorded()])
+    assert "compared after 10 periods; none stops early, as task.periods is not above" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("objective", ["total_steps,statistic=median", "trials_to_optimum", "total_steps_sem"])

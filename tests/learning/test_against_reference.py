@@ -24,6 +24,7 @@ from rl_design_space.learning import simulate
 from tests import reference
 from tests.learning import strategies
 from tests.learning.plays import play_period
+from tests.reference_streams import Xoshiro, generator_of, layout_of
 
 
 def assert_same_curves(point: DesignPoint) -> None:
@@ -39,7 +40,7 @@ def assert_same_curves(point: DesignPoint) -> None:
 def assert_same_q_matrix(point: DesignPoint) -> None:
     last = point.task.periods - 1
     played, codes = play_period(point, last)
-    expected = reference.learn_period(point, reference.layout_of(point, last), reference.generator_of(point, last))
+    expected = reference.learn_period(point, layout_of(point, last), generator_of(point, last))
     assert (played.steps, played.success) == (expected.steps, expected.success)
     assert codes.tolist() == sorted(expected.q)
     values = np.array([expected.q[code] for code in codes.tolist()])
@@ -47,7 +48,7 @@ def assert_same_q_matrix(point: DesignPoint) -> None:
 
 
 def test_the_reference_draws_the_published_words_of_xoshiro256pp():
-    generator = reference.Xoshiro([1, 2, 3, 4])
+    generator = Xoshiro([1, 2, 3, 4])
     words = [generator.next_word() for _ in range(5)]
     assert words == [41943041, 58720359, 3588806011781223, 3591011842654386, 9228616714210784205]
 

@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
-from rl_design_space.learning.compiled import CorruptedError, sealed, unsealed
+from rl_design_space.learning.compiled import CorruptedError, compile_timer, sealed, unsealed
 from tests.command_runner import Completed, finished
 
 PACKAGE = Path(__file__).parents[2] / "rl_design_space"
@@ -32,13 +33,13 @@ from rl_design_space.learning.small import more
 print(more(1), sum(more.stats.cache_misses.values()))
 """
 COMPILED, LOADED = "2 1", "2 0"
-# The same for a function of the package: a tour of two steps along a corridor.
-TOUR = """
+# The same for a function of the package that compiles in half a second: it numbers two of three observations.
+NUMBERED = """
 import numpy as np
-from rl_design_space.learning import optimum
-corridor = np.array([[1, 2, 2], [0, 0, 1], [0, 1, 2], [0, 1, 2]], dtype=np.int32)
-tours = optimum.shortest_tours(corridor, np.array([[0, 2]], dtype=np.int32))
-print(*tours.tolist(), sum(optimum._tours.stats.cache_misses.values()))
+from rl_design_space.learning.carrying import number_rows
+rows = np.empty((1, 1, 3), dtype=np.int64)
+number_rows(np.array([[[7, 5, 7]]]), rows)
+print(rows.max() + 1, sum(number_rows.stats.cache_misses.values()))
 """
 
 Run = Callable[..., Completed]
@@ -120,7 +121,7 @@ def test_another_process_loads_compiled_code(first: tuple[Completed, Path], run:
 
 
 def test_a_function_of_the_package_is_cached(run: Run):
-    assert [run(TOUR).stdout, run(TOUR).stdout] == [COMPILED, LOADED]
+    assert [run(NUMBERED).stdout, run(NUMBERED).stdout] == [COMPILED, LOADED]
 
 
 def test_code_compiled_from_other_source_is_not_used_and_is_removed(run: Run, cache: Path, edit):
@@ -203,3 +204,14 @@ def test_processes_that_compile_at_once_do_not_disturb_each_other(root: Path, tm
         assert finished.stdout in (COMPILED, LOADED)
         assert finished.stderr == ""
     assert len(files_in(cache)) == 1
+
+
+def test_the_time_of_compiling_is_measured_and_that_of_calls_is_not():
+    twice = njit(lambda number: 2 * number)
+    with compile_timer() as seconds:
+        assert seconds() == 0
+        assert twice(2) == 4
+        compiled = seconds()
+        assert compiled > 0
+        assert twice(3) == 6
+    assert seconds() == compiled

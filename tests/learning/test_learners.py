@@ -41,9 +41,10 @@ from rl_design_space.learning import simulate
 from rl_design_space.learning.optimal_values import optimal_values
 from rl_design_space.learning.replay import Replayer
 from rl_design_space.learning.sequential import elementary
-from tests import reference, reference_learners
+from tests import reference_learners
 from tests.learning import strategies
 from tests.learning.plays import play_period
+from tests.reference_streams import layout_of
 
 LEARNERS: dict[str, TabularLearner] = {
     "q_learning": QLearning(alpha_schedule="visits"),
@@ -163,7 +164,7 @@ def test_learners_converge_to_the_values_of_dynamic_programming(name: str):
         exploration=exploration,
         learner=learner,
     )
-    layout = reference.layout_of(point, 0)
+    layout = layout_of(point, 0)
     rewards = point.reward.table()
     best = optimal_values(point.world.next_cell(), np.array(layout[1:]), rewards, 0.9, rewards[0]).max(axis=0)
     learned = play_period(point, 0)[0].q.reshape(2, 9, 4)

@@ -214,7 +214,7 @@ def test_the_shipped_multiverse_has_a_point_for_every_part_and_reading():
     from rl_design_space.report.multiverse_outcomes import asked
     from rl_design_space.report.multiverse_points import ReadPoints, alternatives, readings_of
 
-    study = shipped_study("multiverse", "task.periods=2")
+    study = shipped_study("multiverse")
     report: Multiverse = study.report()
     runs = Runs.of_study(study, MadeUpReader(study.plan, lambda parameters: 1.0, lambda planned: True))
     there = alternatives(report.readings, report.apart, runs.points)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import pytest
 from omegaconf import OmegaConf
 
@@ -230,6 +232,14 @@ def test_without_tracking_every_point_is_learned_every_time(study):
     for _ in range(2):
         outcome = run_sweep(study(4, 5), NullTracker(), LocalExecutor(1, poll=0.01), MemoryMonitor())
         assert outcome.counts == counts(done=2)
+
+
+@pytest.mark.parametrize("seconds", [0.1, 40.0])
+def test_the_time_of_compiling_is_told_if_it_is_worth_it(study, seconds: float, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("rl_design_space.learning.compiled.compile_timer", lambda: nullcontext(lambda: seconds))
+    outcome, _ = swept(study(4), MemoryTracker())
+    assert ("compiling" in outcome.seconds) == (seconds > 1)
+    assert outcome.seconds.get("compiling", 40.0) == 40.0
 
 
 def test_missing_returns_the_points_without_a_run_the_longest_first(study):

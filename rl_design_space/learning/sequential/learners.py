@@ -31,7 +31,8 @@ def begin_learning(learner, memory, used):
     """Begin a period whose Q-matrix has so many entries in use."""
     kind = learner.kind
     if kind == DOUBLE:
-        memory.other[:used] = memory.q[:used]
+        for entry in range(used):
+            memory.other[entry] = memory.q[entry]
     elif kind == OWN:
         memory.other[:used] = 0.0
     elif kind == PLANNING:
