@@ -85,9 +85,10 @@ def test_a_study_is_learned_again_where_code_has_changed_and_is_reported(command
     assert f"Made by `rl-design-report --config-dir project/conf {' '.join(HEATMAP)} " in text
     note = "eft out: 1 of 3 runs, recorded with earlier code of representation=way"
     assert f"L{note}." in text
-    told, *numbers = drawn.stderr.splitlines()
+    told, heading, *numbers = drawn.stderr.splitlines()
     assert told == f"l{note}; to include them, name their code, as in --rows representation.source"
-    assert numbers[0].startswith("Least: ")
+    assert heading.startswith("total_steps by ")
+    assert numbers[0].startswith("  Least: ")
     differ = command("rl-design-report", *HEATMAP, "--filter=params.`representation.source` like '%'", status=2)
     assert differ.stderr.startswith("error: representation.source: 2 runs of one cell ")
     nothing = command("rl-design-report", "mine", "task.trials=99", "-cd", "project/conf", status=2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -15,6 +16,7 @@ from rl_design_space.analysis.quality import Quality, quality
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.config.measure_name import MeasureName
 from rl_design_space.errors import ConfigError
+from rl_design_space.learning.cores import available_threads
 from rl_design_space.learning.measures import Measure, canonical, measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
@@ -71,19 +73,20 @@ class QualityMap(GradedTable):
         """Return the quantities of each row, by reading and measure of the best schedule."""
         measures = {name: measure(name) for name in sorted(self.defined_quantities() - {_EXPLORATION})}
         # Rows without a parameter of the readings are the same under all of them.
-        known: dict[tuple[str, tuple[Point, ...]], Mapping[str, Estimate | Judged]] = {}
+        schedules: dict[tuple[str, tuple[Point, ...]], Mapping[str, LearningCurves]] = {}
         settings = {}
         for reading, values in (self.readings or {"": self.reading}).items():
             read = runs.under(values)
             for best_by in self.best_by:
-                found = {}
-                for row, where in self.rows.items():
-                    points = tuple(read.where(where))
-                    if (best_by, points) not in known:
-                        known[best_by, points] = _at_best(self._schedules(read, row), measure(best_by), measures)
-                    found[row] = known[best_by, points]
-                settings[f"{reading}, best by {best_by}".removeprefix(", ")] = found
-        return settings
+                keys = {row: (best_by, tuple(read.where(where))) for row, where in self.rows.items()}
+                for row, key in keys.items():
+                    if key not in schedules:
+                        schedules[key] = self._schedules(read, row)
+                settings[f"{reading}, best by {best_by}".removeprefix(", ")] = keys
+        with ThreadPoolExecutor(available_threads()) as pool:
+            judged = pool.map(lambda key: _at_best(schedules[key], measure(key[0]), measures), schedules)
+            known = dict(zip(schedules, judged, strict=True))
+        return {name: {row: known[key] for row, key in keys.items()} for name, keys in settings.items()}
 
     def how(self) -> list[str]:
         how = (
