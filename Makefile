@@ -37,7 +37,7 @@ multiverse: $(VENV)/.run
 # Every command of a test reads the same modules, so their bytecode is kept whatever the user's environment says.
 test: export PYTHONDONTWRITEBYTECODE :=
 test: lint
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 3
 
 lint: schemas
 	$(BIN)/ruff check .
