@@ -169,5 +169,8 @@ def _sort_choices(chosen: argparse.Namespace) -> None:
     names = [each for each in (chosen.choice, chosen.other) if each and "=" not in each]
     chosen.overrides = [*(each for each in (chosen.choice, chosen.other) if "=" in each), *chosen.overrides]
     if len(names) == 1:
-        raise ConfigError(f"{names[0]}: needs a second choice, as in `rl-design-report interactions {names[0]} reward`")
+        other = "representation" if names[0] == "reward" else "reward"
+        raise ConfigError(
+            f"{names[0]}: needs a second choice, as in `rl-design-report interactions {names[0]} {other}`"
+        )
     chosen.choice, chosen.other = names or ("", "")

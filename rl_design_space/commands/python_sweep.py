@@ -112,6 +112,8 @@ def sweep(
     Raises:
         ConfigError: there is no such study, an override or a point is not allowed, or the store cannot be used.
     """
+    if isinstance(overrides, str):
+        raise ConfigError(f"overrides={overrides}: should be a list, as in sweep(…, [{overrides!r}])")
     for override in overrides:
         if re.match(_OF_THE_COMMAND, override):
             raise ConfigError(f"{override}: for the command line; rl_design_space.sweep takes points or a study's name")

@@ -41,6 +41,7 @@ class RaceResult:
         most: periods of those that went on to the end.
         confidence: with which the set holds the best.
         largest_is_best: whether a large value is good.
+        failed: number of designs that failed, at whichever look.
     """
 
     plan: Plan
@@ -53,6 +54,7 @@ class RaceResult:
     most: int
     confidence: float
     largest_is_best: bool = False
+    failed: int = 0
 
     @property
     def periods(self) -> FloatArray:
@@ -76,17 +78,19 @@ class RaceResult:
         at_end = int((self.periods == self.most).sum())
         what = "1 design" if inside == 1 else f"{inside:,} designs"
         took = (
-            f"race: {designs:,} designs began with {self.first:,} periods, {at_end:,} went on to {self.most:,}; "
-            f"{_millions(self.spent)} steps, {self.spent / self.full:.1%} of about {_millions(self.full)} of the full "
-            "sweep"
+            f"race: {designs + self.failed:,} designs began with {self.first:,} periods, {at_end:,} went on to "
+            f"{self.most:,}; {_millions(self.spent)} steps, {self.spent / self.full:.1%} of about "
+            f"{_millions(self.full)} of the full sweep"
         )
         if self.first == self.most:
             took = (
                 f"race: {_PERIODS}={self.most:,} is not above {_FIRST}, so none of {designs:,} designs stopped early; "
                 f"{_millions(self.spent)} steps, as many as the full sweep"
             )
+        failed = f"{self.failed:,} of them failed and are left out, although one may be the best"
         return [
             took,
+            *([failed] if self.failed else []),
             f"{what} of {designs:,} cannot be told from the best by {self.name} at {100 * self.confidence:.4g} %",
         ]
 

@@ -196,6 +196,7 @@ class Race:
             most=self._looks[-1].periods,
             confidence=self._confidence,
             largest_is_best=self._measure.largest_is_best,
+            failed=len(self._plan) - len(numbers),
         )
 
 

@@ -81,12 +81,14 @@ def mattered_lines(plan: Plan, stored: Mapping[str, StoredRun]) -> list[str]:
 
 
 def more_lines(plan: Plan, settings: Sequence[str]) -> list[str]:
-    """Return the commands for more.
+    """Return the commands for more; none if nothing was recorded.
 
     Args:
         plan: the points of the sweep.
         settings: overrides that choose the store.
     """
+    if "tracking=none" in settings:
+        return []
     chosen = [f"--study={plan.studies[0]}"] if len(plan.studies) == 1 else []
     more = [shlex.join(["rl-design-report", word, *chosen, *settings]) for word in ("best", "importance")]
     return [f"more: {command}" for command in more]

@@ -32,6 +32,8 @@ _LEVELS, _LISTED = 120, (1.5, 2, 3, 5, 10)
 IMPROVEMENT = "_improvement"
 #: Inches: height of a line of the legend.
 _LINE = 0.16
+#: Inches: width below which the panels are one above the other.
+_NARROW = 5.0
 _ABOUT = "_about"
 
 
@@ -155,11 +157,16 @@ def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, look: Profile) -> Figure:
     both = len(pairs) > 0
     labels, common = apart([str(name) for name, _ in lines])
     more = sum(name.count("\n") for name in labels) + 2 * bool(common)
-    figure, axes = plt.subplots(
-        1, 1 + both, figsize=(14 if both else 7.5, 4.8 + 0.1 * len(lines) + _LINE * more), layout="constrained",
-        squeeze=False, width_ratios=(1.15, 1) if both else None,
-    )  # fmt: skip
-    axis = axes[0, 0]
+    height = 4.8 + 0.1 * len(lines) + _LINE * more
+    if both and look.width and look.width < _NARROW:
+        figure, found = plt.subplots(2, 1, figsize=(7.5, height + 4.5), layout="constrained", height_ratios=(1.2, 1))
+    else:
+        figure, found = plt.subplots(
+            1, 1 + both, figsize=(14 if both else 7.5, height), layout="constrained",
+            width_ratios=(1.15, 1) if both else None,
+        )  # fmt: skip
+    axes = np.atleast_1d(found)
+    axis = axes[0]
     for place, (name, (_, line), colour) in enumerate(zip(labels, lines, look.colours(len(lines)), strict=True)):
         x = line["steps_over_optimum"]
         axis.fill_between(x, line["low"], line["high"], color=colour, alpha=0.2, linewidth=0)
@@ -178,7 +185,7 @@ def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, look: Profile) -> Figure:
     style.tidy(axis)
     axis.legend(frameon=False, fontsize=7.5, loc="upper center", bbox_to_anchor=(0.5, -0.13))
     if both:
-        _matrix(axes[0, 1], pairs, [name for name, _ in lines], look.cells_map)
+        _matrix(axes[1], pairs, [name for name, _ in lines], look.cells_map)
     figure.suptitle(look.heading, fontsize=11)
     if common:
         figure.supxlabel(common, fontsize=7.5)

@@ -107,6 +107,9 @@ def test_a_point_that_fails_is_out_of_the_race_and_the_others_go_on(plan: Plan, 
     race, outcome = raced(plan, settings, tracker)
     assert list(outcome.failed) == [plan[2].with_periods(10).fingerprint]
     assert len(race.result.plan) == len(plan) - 1
+    took, failed, _ = race.result.lines
+    assert took.startswith(f"race: {len(plan)} designs began with 10 periods")
+    assert failed == "1 of them failed and are left out, although one may be the best"
     (summary,) = tracker.sweeps
     assert summary.status == "FAILED"
     assert list(summary.failures) == [plan[2].with_periods(10).command]
