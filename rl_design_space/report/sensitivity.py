@@ -150,7 +150,10 @@ def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
     names = list(frame["line"].unique())
     few = len(names) <= _NAMED
     values = frame[look.parameter].unique().tolist()
-    numeric = all(isinstance(each, int | float) and not isinstance(each, bool) for each in values)
+    # An order that was asked for is that of the axis.
+    numeric = look.parameter not in look.order and all(
+        isinstance(each, int | float) and not isinstance(each, bool) for each in values
+    )
     frame = frame.assign(x=frame[look.parameter] if numeric else [values.index(each) for each in frame[look.parameter]])
     relative = look.is_relative(frame)
     drawn = _relative(frame) if relative else frame

@@ -45,13 +45,14 @@ def best() -> Figure:
     return Best().draw({MAIN: pd.DataFrame([{**each, **found, "probability_best": 0.2} for each in DESIGNS])})
 
 
-def profile() -> Figure:
+def profile(width: str | None = None) -> Figure:
     lines = [
         {"design": name, "steps_over_optimum": level, "share": level / 9, "low": level / 9, "high": level / 9}
         for name, level in product(NAMES, (1.0, 2.0, 9.0))
     ]
     pairs = [{"a": a, "b": b, "probability": 0.5, "low": 0.4, "high": 0.6} for a in NAMES for b in NAMES if a != b]
-    return Profile().draw({MAIN: pd.DataFrame(lines), IMPROVEMENT: pd.DataFrame(pairs)})
+    look = {"width": width} if width else {}
+    return Profile(**look).draw({MAIN: pd.DataFrame(lines), IMPROVEMENT: pd.DataFrame(pairs)})
 
 
 def sensitivity() -> Figure:
@@ -78,3 +79,12 @@ def test_the_data_have_room_beside_long_names(draw):
     inside = figure.get_tightbbox()
     assert inside.x0 > -0.1
     assert inside.x1 < figure.get_size_inches()[0] + 0.1
+
+
+def test_a_profile_that_is_one_column_wide_has_its_panels_one_above_the_other():
+    figure = profile("column")
+    fit(figure, 3.5, None, None)
+    FigureCanvasAgg(figure).draw()
+    above, below = (axis.get_window_extent() for axis in figure.axes[:2])
+    assert above.y0 > below.y1
+    assert min(above.width, above.height, below.width) > 100

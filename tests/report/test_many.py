@@ -131,3 +131,12 @@ def test_a_ratio_is_that_of_the_means_with_a_paired_interval():
     assert list(same.values()) == pytest.approx([1, 1, 1])
     both = ratio_of(steps, [pair, Pair([learned[1]], [learned[0]], Repetition("two", 0))])
     assert both["ratio"] == pytest.approx(1)  # the geometric mean of a ratio and its inverse
+
+
+def test_an_order_that_is_asked_for_is_that_of_the_axis():
+    rows = lines(2).sort_values("k", key=lambda column: column.map([3, 1, 2].index), kind="stable")
+    drawn = Sensitivity(parameter="k", order={"k": [3, 1, 2]}).draw({MAIN: rows})
+    (axis,) = drawn.axes
+    assert [tick.get_text() for tick in axis.get_xticklabels()] == ["3", "1", "2"]
+    assert axis.get_xscale() == "linear"
+    plt.close(drawn)
