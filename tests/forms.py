@@ -1,7 +1,7 @@
 """The forms of the kernel that many tests use, compiled before them.
 
 The kernel is compiled for what a point needs: its number of actions, a table of them, chance, rewards by transition,
-errors, another learner. A form takes a process 5 to 20 s, and half of that if the process has compiled a similar one,
+errors, another learner. A form takes a process 5 to 15 s, and half of that if the process has compiled a similar one,
 because they share functions. So each process that runs tests compiles forms that are similar to each other, and none
 that another process compiles; commands find them on disk.
 """

@@ -4,7 +4,8 @@ Half of what a small command costs, and most of what a report costs, is importin
 ahead: the package itself is imported by each command, in the environment of the command. A command gets arguments,
 variables, a current folder and files for what it writes, as from a shell, and ends as the interpreter of a process
 does. What differs from a new process: libraries that a command would not have needed are imported, libraries have read
-the variables that they read when they are imported, and the command line that the system shows is that of the server.
+the variables that they read when they are imported, garbage is collected more rarely, and the command line that the
+system shows is that of the server.
 """
 
 from __future__ import annotations
@@ -127,6 +128,7 @@ def _serve() -> list[str]:
             import_module(name)
         _prepare_numba()
     gc.freeze()  # else collecting garbage copies all memory that processes share
+    gc.set_threshold(50_000, 20, 20)  # as in the processes of tests
     for line in iter(requests.readline, ""):
         request = json.loads(line)
         with catch_warnings():
