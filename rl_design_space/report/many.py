@@ -56,3 +56,17 @@ def named(names: Iterable[str], wanted: Sequence[str]) -> list[str]:
             raise ConfigError.at("named", each, "nothing that is shown has these values; the CSV file lists what is")
         found += having
     return list(dict.fromkeys(found))
+
+
+def without_effect(wanted: Sequence[str], number: int, most: int, what: str) -> list[str]:
+    """Return a note if names were asked for where all are shown anyway.
+
+    Args:
+        wanted: names that were asked for.
+        number: of lines or rows.
+        most: number of them up to which all are shown.
+        what: word for one of them.
+    """
+    if not wanted or number > most:
+        return []
+    return [f"named={', '.join(wanted)} changes nothing: all {number} {what}s are shown by name."]

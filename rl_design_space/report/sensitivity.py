@@ -24,7 +24,7 @@ from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.bounds import BOUNDS, NOTE, is_bound, shown, shown_interval, without_exact
 from rl_design_space.report.fitting import make_room
 from rl_design_space.report.look import LINEAR, LOG, RATIO
-from rl_design_space.report.many import HALF, MOST, Named, Top, apart, named
+from rl_design_space.report.many import HALF, MOST, Named, Top, apart, named, without_effect
 from rl_design_space.report.markdown import table
 from rl_design_space.report.not_shown import NOT_SHOWN, not_shown
 from rl_design_space.report.parameters import label, text
@@ -101,7 +101,8 @@ class Sensitivity(Report):
 
     def main_numbers(self, frames: Frames) -> MainNumbers:
         """Return the table of the lines, below what it does not show."""
-        return replace(super().main_numbers(frames), lines=tuple(map(self.words, _notes(frames))))
+        unused = without_effect(self.named, frames[MAIN]["line"].nunique(), min(_NAMED, self.top), "line")
+        return replace(super().main_numbers(frames), lines=(*unused, *map(self.words, _notes(frames))))
 
     def draw(self, frames: Frames) -> Figure:
         return _draw(frames[MAIN], self, _notes(frames))

@@ -118,13 +118,15 @@ BAD = [
     ("colour_map", "viridi", "did you mean viridis?"),
     ("scale", "sqrt", "should be linear or log"),
     ("labels", "k", "should be a mapping of names to texts"),
+    ("labels.k", "", "should not be empty"),
 ]
 
 
 @pytest.mark.parametrize(("name", "value", "expected"), BAD)
 def test_nonsense_is_refused_by_its_name(name: str, value, expected: str):
+    option, _, key = name.partition(".")
     with pytest.raises(ConfigError) as raised:
-        construct(Heatmap, {"rows": "a", "cols": "b", name: value}, "study.report")
+        construct(Heatmap, {"rows": "a", "cols": "b", option: {key: value} if key else value}, "study.report")
     assert f"{name}={value}" in str(raised.value)
     assert expected in str(raised.value)
     assert "\n" not in str(raised.value)
@@ -158,6 +160,11 @@ def test_every_report_takes_every_option_on_the_command_line_and_in_yaml():
     [
         (["--width", "wide"], "--width=wide: should be column"),
         (["--labels", "k"], "--labels k: should be NAME=TEXT"),
+        (["--labels", "k="], "--labels k=: has no text; should be NAME=TEXT"),
+        (["--labels", "k=a", "--labels", "k=b"], "--labels k=a k=b: should be one text for a name"),
+        (["--where", "k=1", "l=2", "k=3"], "--where k=1 k=3: should be one, such as --where k=1,3"),
+        (["--by", "msa"], "--by reward, --by msa: should be one, such as --by reward,msa"),
+        (["--width", "3", "--width", "4"], "--width 3, --width 4: should be given once"),
         (["--labels", "there_is_no.yaml"], "there_is_no.yaml: cannot be read"),
         (["--order", "k"], "--order k: should be KEY=VALUE"),
         (["--font-size", "huge"], "--font-size=huge: should be points"),

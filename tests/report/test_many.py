@@ -71,6 +71,15 @@ def test_a_name_is_refused_where_few_lines_are_all_shown_too():
         figure.text({MAIN: lines(2)})
 
 
+def test_a_name_that_changes_nothing_is_told():
+    (note,) = Sensitivity(parameter="k", named="msa=m1").main_numbers({MAIN: lines(2)}).lines
+    assert note == "named=msa=m1 changes nothing: all 2 lines are shown by name."
+    assert Sensitivity(parameter="k", named="msa=m1", top=1).main_numbers({MAIN: lines(2)}).lines == ()
+    (note,) = Compare(a="x=1", b="x=2", named="reward=r1").main_numbers({MAIN: pairs(3)}).lines
+    assert note == "named=reward=r1 changes nothing: all 3 pairs are shown by name."
+    assert Compare(a="x=1", b="x=2", named="reward=r1", top=2).main_numbers({MAIN: pairs(3)}).lines == ()
+
+
 def test_a_few_lines_are_all_in_the_legend_by_name():
     drawn = Sensitivity(parameter="k").draw({MAIN: lines(2)})
     assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()] == [
