@@ -13,6 +13,9 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.text import Text
 from matplotlib.transforms import ScaledTranslation
 
+from rl_design_space.errors import ConfigError
+from rl_design_space.report.room import has_room
+
 #: Points: size of most text in pictures of their own size, the least that it shrinks to by itself, and that in cells.
 USUAL, SMALLEST, _SMALLEST_IN_CELLS = 9.0, 6.0, 4.0
 _POINTS_PER_INCH = 72
@@ -39,6 +42,9 @@ def fit(figure: Figure, width: float | None, height: float | None, font_size: fl
         width: inches.
         height: inches.
         font_size: points of most text; other text is in proportion.
+
+    Raises:
+        ConfigError: the size leaves no room for the data beside the text.
     """
     if width is None and height is None and font_size is None:
         return
@@ -49,7 +55,18 @@ def fit(figure: Figure, width: float | None, height: float | None, font_size: fl
     figure.set_size_inches(width or before[0], height or before[1] * higher)
     _resize_text(figure, text)
     make_room(figure, may_grow=height is None)
+    if not has_room(figure):
+        raise _no_room(before.tolist(), width, height, font_size)
     _fit_cells(figure)
+
+
+def _no_room(own: list[float], width: float | None, height: float | None, font_size: float | None) -> ConfigError:
+    """Return an error that names what was asked for, and the picture's own size."""
+    problem = "leaves no room for the data beside the text of this picture; should be"
+    if font_size and font_size > USUAL:
+        return ConfigError.at("font_size", f"{font_size:g}", f"{problem} less; {USUAL:g} is usual")
+    name, value, usual = ("width", width, own[0]) if width else ("height", height or 0.0, own[1])
+    return ConfigError.at(name, f"{value:g}", f"{problem} more; its own {name} is {usual:.3g} inches")
 
 
 def make_room(figure: Figure, *, may_grow: bool = True) -> None:
@@ -210,12 +227,9 @@ def _share(axes: Axes) -> tuple[float, float]:
 
 
 def _fit_cells(figure: Figure) -> None:
-    """Shrink text that is wider than its cell; leave it out where it could not be read."""
+    """Shrink text that is wider than its cell; leave it out where it could not be read; all parts have places."""
     tables = [axes for axes in figure.axes if any(isinstance(each, QuadMesh) for each in axes.collections)]
     tables = [axes for axes in tables if axes.texts]
-    if not tables:
-        return
-    figure.draw_without_rendering()
     for axes in tables:
         left, right = axes.get_xlim()
         cell = 0.94 * axes.get_window_extent().width / abs(right - left)

@@ -108,6 +108,23 @@ def test_text_is_as_large_as_asked_for():
     plt.close(figure)
 
 
+@pytest.mark.parametrize(
+    ("size", "message"),
+    [
+        ((None, None, 40), "font_size=40: leaves no room for the data .*; should be less; 9 is usual"),
+        ((1, None, None), "width=1: leaves no room for the data .*; should be more; its own width is 7.5 inches"),
+        ((None, 1, None), "height=1: leaves no room for the data .*; should be more; its own height is 4 inches"),
+    ],
+)
+def test_a_size_that_leaves_no_room_for_the_data_is_refused(size: tuple[float | None, ...], message: str):
+    figure, axis = plt.subplots(figsize=(7.5, 4), layout="constrained")
+    axis.set(title="\n".join(["T"] * 5), ylabel="y", xlabel="x")
+    axis.set_yticks([0, 1], ["a long name of a design", "another long name"])
+    with pytest.raises(ConfigError, match=message):
+        fit(figure, *size)
+    plt.close(figure)
+
+
 KINDS = [getattr(report, name) for name in report.__all__ if issubclass(getattr(report, name), Report)]
 BAD = [
     ("width", "wide", "should be column (3.5) or page (7.16), or inches from 1 to 50"),
