@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from types import FunctionType
-from typing import Annotated, Any, Literal, Protocol, TypeVar, get_args, runtime_checkable
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from pydantic import BeforeValidator, Field, ValidationError
 from pydantic.dataclasses import dataclass
+from typing_extensions import Protocol, runtime_checkable
 
 from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT

@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 from rl_design_space._arrays import FloatArray
 from rl_design_space.design import World, cell_count
 from rl_design_space.learning.compiled import compiled, compiled_and_kept
+from rl_design_space.learning.lanes import index
 from rl_design_space.learning.numbering import bits_of, numbered, slot_count, slot_of
 from rl_design_space.learning.stage_layouts import place_of
+
+# Indices are unsigned, so that no check for negative ones is compiled.
+_0, _1, _2, _3 = (index(number) for number in range(4))
 
 
 class Memory(NamedTuple):
@@ -44,6 +48,15 @@ def empty_memory(periods: int, observations: int, width: int) -> Memory:
         np.full((periods, slots), -1, dtype=np.int32),
         np.empty((periods, observations * width)),
     )
+
+
+@compiled
+def _copy_row(values, begin, source, begin_source, width):
+    """Copy a row of values, four at a time; its width is a multiple of four."""
+    for at in range(_0, width, index(4)):
+        to, out_of = begin + at, begin_source + at
+        one, two, three, four = source[out_of], source[out_of + _1], source[out_of + _2], source[out_of + _3]
+        values[to], values[to + _1], values[to + _2], values[to + _3] = one, two, three, four
 
 
 @compiled
@@ -90,8 +103,7 @@ def _remember(memory, at, states, row_of, kept, width):
             known_codes[slot] = states[state]
             memory.met[at] += 1
         begin = np.int64(known_rows[slot]) * width
-        for action in range(width):
-            values[begin + action] = kept[row * width + action]
+        _copy_row(values, index(begin), kept, index(row * width), index(width))
 
 
 @compiled
@@ -107,8 +119,10 @@ def _recall(memory, at, states, row_of, initial_q, width, kept):
         following += 1
         begin = np.int64(known_rows[slot_of(states[state], known_codes, known_rows, bits)]) * width
         found += begin >= 0
-        for action in range(width):
-            kept[row * width + action] = values[begin + action] if begin >= 0 else initial_q
+        if begin >= 0:
+            _copy_row(kept, index(row * width), values, index(begin), index(width))
+        else:
+            kept[row * width : (row + 1) * width] = initial_q
     return found
 
 
@@ -161,27 +175,32 @@ def inherit(ancestors, first, taken, rows_before, kept_before, rows, initial_q, 
         carried: (periods,) int32, output: number of rows with an ancestor.
     """
     counts = np.empty(rows.shape[1] * rows.shape[2], dtype=np.int64)
+    wide = index(width)
     for period in range(first, first + taken):
         ancestor_of = ancestors[(period - first) % len(ancestors)].ravel()
         row_of, row_before = rows[period].ravel(), rows_before[period].ravel()
-        counts[:] = 0
-        kept[period] = initial_q
-        found = 0
+        values, values_before = kept[period], kept_before[period]
+        following = found = 0
         for state in range(len(row_of)):
-            ancestor, row = ancestor_of[state], row_of[state]
+            ancestor, row = ancestor_of[state], index(row_of[state])
+            begin = row * wide
+            if row_of[state] == following:
+                following += 1
+                counts[row] = 0
+                if ancestor < 0:
+                    values[begin : begin + wide] = initial_q
             if ancestor < 0:
                 continue
-            counts[row] += 1
-            begin, begin_before = row * width, row_before[ancestor] * width
-            if counts[row] == 1:
+            count = counts[row] + 1
+            counts[row] = count
+            begin_before = index(row_before[index(ancestor)]) * wide
+            if count == 1:
                 found += 1
-                for action in range(width):
-                    kept[period, begin + action] = kept_before[period, begin_before + action]
+                _copy_row(values, begin, values_before, begin_before, wide)
             else:
-                for action in range(width):
-                    mean = kept[period, begin + action]
-                    value = kept_before[period, begin_before + action]
-                    kept[period, begin + action] = mean + (value - mean) / counts[row]
+                for action in range(wide):
+                    mean, value = values[begin + action], values_before[begin_before + action]
+                    values[begin + action] = mean + (value - mean) / count
         carried[period] = found
 
 
