@@ -21,6 +21,8 @@ _MOST, _LISTED = 5000, 10
 _NAMED, _DRAWS = 2, 200
 _TIE, _STAR = "≈", "★"
 _NORMAL = NormalDist()
+#: What the report does otherwise, which has other shares.
+_OTHER_SCALE = "; the report `importance` is of log(steps / optimum), period by period"
 _TOTAL_STEPS = "total_steps"
 #: Parameters that make no designs.
 _REPEATED = ("seed", "task.periods")
@@ -101,7 +103,7 @@ def more_lines(plan: Plan, settings: Sequence[str], objective: str = _TOTAL_STEP
 
 def _what_mattered(designs: Sequence[_Design], names: Sequence[str]) -> list[str]:
     mattered = _mattered(designs, names)
-    return [f"mattered most for log(total steps): {mattered}"] if mattered else []
+    return [f"mattered most for log(total steps): {mattered}{_OTHER_SCALE}"] if mattered else []
 
 
 def _designs(plan: Plan, stored: Mapping[str, StoredRun], best: Collection[str] = ()) -> list[_Design]:

@@ -115,7 +115,10 @@ class Best(Report):
         )
         size = int(rows["in_best_set"].sum())
         what = "1 design is" if size == 1 else f"{size:,} designs are"
-        hidden = f" The {len(rows) - _LISTED:,} designs after these are in the CSV file." if len(rows) > _LISTED else ""
+        further = int(rows["in_best_set"][_LISTED:].sum())
+        marked = f", {further:,} of them {STAR}," if further else ""
+        after = f" The {len(rows) - _LISTED:,} designs after these{marked} are in the CSV file."
+        hidden = after if len(rows) > _LISTED else ""
         return [
             f"**{what} among the best** ({STAR}): they cannot be told from the best at 95 %.{hidden}",
             table(shown),
@@ -196,7 +199,9 @@ def _draw(rows: pd.DataFrame, value: str, look: Best) -> Figure:
     right.set_xlim(0, 1)
     for axis in (left, right):
         style.tidy(axis)
-    more = f" (the first {len(shown)} of {len(rows):,})" if len(rows) > len(shown) else ""
+    further = int(rows["in_best_set"][_DRAWN:].sum())
+    also = f"; {further:,} more {STAR} are not drawn" if further else ""
+    more = f" (the first {len(shown)} of {len(rows):,}{also})" if len(rows) > len(shown) else ""
     figure.suptitle(f"{look.heading}{more}", fontsize=11)
     if common:
         figure.supxlabel(common, fontsize=7.5)
