@@ -21,19 +21,28 @@ _OF_CELL, _GAP = 0.94, 0.6
 
 
 def part_ticks(figure: Figure) -> bool:
-    """Turn names below an axis upright if they overlap, leave out what still does, and return whether names turned.
+    """Break names beside an axis if they overlap, or turn them upright, and leave out what still overlaps.
 
     Args:
         figure: the picture, after its parts have their places.
+
+    Returns:
+        Whether names need another height.
     """
     turned = False
     for axes in figure.axes:
-        labels = [tick.label1 for tick in axes.xaxis.get_major_ticks() if tick.label1.get_text()]
+        labels = _shown(axes)
         if not (axes.get_visible() and axes.axison) or {label.get_rotation() for label in labels} - {0, _UPRIGHT}:
             continue
         if not any(_touch(one, other) for one, other in pairwise(labels)):
             continue
         are_names = _is_table(axes) or any(letter.isalpha() for label in labels for letter in label.get_text())
+        if are_names and any(" " in label.get_text() for label in labels):
+            names = [label.get_text().replace(" ", "\n") for label in labels]
+            axes.xaxis.set_ticks(axes.xaxis.get_ticklocs(), names)
+            labels, turned = _shown(axes), True
+            if not any(_touch(one, other) for one, other in pairwise(labels)):
+                continue
         if are_names and not any(label.get_rotation() for label in labels):
             for label in labels:
                 label.set(rotation=_UPRIGHT)
@@ -42,44 +51,62 @@ def part_ticks(figure: Figure) -> bool:
     return turned
 
 
-def fit_cells(figure: Figure) -> None:
-    """Shrink text that is wider than its cell, all of a size alike; leave out what could not be read.
+def _shown(axes: Axes) -> list[Text]:
+    """Return the labels of the ticks that are below an axis, or above it where nothing else is written."""
+    top = axes.get_window_extent().y1
+    is_free = not any(text.get_window_extent().y0 > top for text in axes.texts)
+    ticks = axes.xaxis.get_major_ticks()
+    labels = [label for tick in ticks for label in (tick.label1, *([tick.label2] if is_free else []))]
+    return [label for label in labels if label.get_visible() and label.get_text()]
 
-    Numbers that have no room are upright where cells are high enough, and alone. A star stays in any case.
+
+def fit_cells(figure: Figure) -> None:
+    """Shrink text that is wider than its cell; leave out what could not be read.
+
+    The largest text, which is the number of a cell, is of one size in all cells. Where it has no room, it is upright
+    if cells are high enough, and alone. A star stays in any case.
     """
     for axes in figure.axes:
         if not _is_table(axes):
             continue
         (left, right), (below, above), room = axes.get_xlim(), axes.get_ylim(), axes.get_window_extent()
         width, height = _OF_CELL * room.width / abs(right - left), _OF_CELL * room.height / abs(above - below)
-        sizes: dict[float, list[Text]] = {}
-        for text in axes.texts:
-            if text.get_text():
-                sizes.setdefault(round(float(text.get_fontsize()), 3), []).append(text)
-        ordered = sorted(sizes, reverse=True)
-        for size in ordered:
-            if _fit(sizes[size], size, width):
-                continue
-            if size == ordered[0] and _fit(sizes[size], size, height, width):
-                for text in sizes[size]:
+        lines = _by_line([text for text in axes.texts if text.get_text()])
+        numbers, *others = [lines[line] for line in sorted(lines, reverse=True)]
+        if not _fit(numbers, width):
+            if _fit(numbers, height, width):
+                for text in numbers:
                     text.set(rotation=_UPRIGHT, y=int(text.get_position()[1]) + 0.5)
-                for text in (each for other in ordered[1:] for each in sizes[other]):
-                    text.set_visible(False)
-                break
-            for text in sizes[size]:
-                text.set(text=STAR, fontsize=_SMALLEST, visible=STAR in text.get_text())
+            else:
+                for text in numbers:
+                    text.set(text=STAR, fontsize=_SMALLEST, visible=STAR in text.get_text())
+            for text in (each for line in others for each in line):
+                text.set_visible(False)
+            continue
+        for line in others:
+            fitting = [_fit([text], width) for text in line]
+            for text, fits in zip(line, fitting, strict=True):
+                text.set_visible(fits and 2 * sum(fitting) >= len(line))
 
 
-def _fit(texts: Sequence[Text], size: float, along: float, across: float = math.inf) -> bool:
-    """Give texts of one size the largest at which all of them fit; return whether that can be read.
+def _by_line(texts: Sequence[Text]) -> dict[tuple[float, float], list[Text]]:
+    """Return texts by their size and height within a cell."""
+    lines: dict[tuple[float, float], list[Text]] = {}
+    for text in texts:
+        size, height = round(float(text.get_fontsize()), 3), round(float(text.get_position()[1]) % 1, 3)
+        lines.setdefault((size, height), []).append(text)
+    return lines
+
+
+def _fit(texts: Sequence[Text], along: float, across: float = math.inf) -> bool:
+    """Give texts the largest size, of all of them, at which they fit; return whether that can be read.
 
     Args:
-        texts: the texts.
-        size: of their letters, in points.
+        texts: the texts, of one size.
         along: room in the direction of their lines.
         across: room in the other direction.
     """
-    boxes = [text.get_window_extent() for text in texts]
+    size, boxes = float(texts[0].get_fontsize()), [text.get_window_extent() for text in texts]
     fitting = size * min(1.0, *(along / box.width for box in boxes), *(across / box.height for box in boxes))
     if fitting < _SMALLEST:
         return False

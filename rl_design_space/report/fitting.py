@@ -57,6 +57,8 @@ def fit(figure: Figure, width: float | None, height: float | None, font_size: fl
     higher = max(narrower, min(1.0, text)) if width else 1.0
     figure.set_size_inches(width or before[0], height or before[1] * higher)
     _resize_text(figure, text)
+    if (title := figure._suptitle) is not None:  # type: ignore[attr-defined]
+        title.set_text(title.get_text().replace("\n", " "))  # its lines were those of another width
     make_room(figure, may_grow=height is None)
     # Names that turn need more room, which there may not be.
     if not has_room(figure) or (part_ticks(figure) and not has_room(figure)):

@@ -53,6 +53,16 @@ def test_numbers_below_an_axis_are_left_out_where_they_overlap():
     plt.close(figure)
 
 
+def test_names_of_several_words_are_broken_before_they_are_turned():
+    figure, axis = plt.subplots(figsize=(7, 4), layout="constrained")
+    axis.set_xticks(range(4), ["size of state space", "perceptual aliasing", "quality", "need"])
+    fit(figure, 2.5, None, None)
+    names = axis.get_xticklabels()
+    assert [name.get_text() for name in names[:2]] == ["size\nof\nstate\nspace", "perceptual\naliasing"]
+    assert {name.get_rotation() for name in names} == {0}
+    plt.close(figure)
+
+
 def test_legends_of_interactions_cover_no_data_and_panels_are_one_above_the_other():
     row = {"low": 0.0, "high": 0.2, "interaction": 0.0, "reference": "msa=none"}
     frame = pd.DataFrame(
