@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space._version import __version__
+from rl_design_space.commands.arguments import Parser
 from rl_design_space.commands.folders import report_folder
 from rl_design_space.commands.interrupts import handle_interrupts
 from rl_design_space.commands.look_arguments import add_look, named_by_flags, take_look
@@ -76,8 +77,8 @@ def _check_first(typed: list[str]) -> None:
         raise ConfigError(f"{typed[0]}: the name of a report comes first, as in `rl-design-report {name} {typed[0]}`")
 
 
-def _parser(typed: list[str]) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser(typed: list[str]) -> Parser:
+    parser = Parser(
         prog="rl-design-report",
         description="Write the report of a study from its tracked runs, into outputs/report.",
         epilog=_studies() if {"-h", "--help"} & set(typed) else None,
