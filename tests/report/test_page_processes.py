@@ -20,6 +20,7 @@ class Part:
     name: str
     plan: tuple[int, ...]
     included: tuple[Part, ...] = ()
+    planner: None = None
 
     def report(self) -> None:
         """Import what writes the report."""
