@@ -23,7 +23,7 @@ from rl_design_space.errors import ConfigError
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 #: New objects after which Python looks for garbage, and how often it then looks through older ones. Imports and plans
 #: make hundreds of thousands that stay; to look through all of them again and again takes a tenth of a report.
@@ -158,7 +158,7 @@ def write_report(
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
     from rl_design_space.run.settings import build_settings
-    from rl_design_space.tracking.read import FoundRuns, NoRuns
+    from rl_design_space.tracking.reader import FoundRuns, NoRuns
 
     with shipped_config():
         study = load_study(name, overrides)

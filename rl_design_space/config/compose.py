@@ -156,12 +156,15 @@ class Composer:
             if any(self._changes_keys(override) for override in parsed):
                 return self._compose(overrides)
             options = tuple(o.input_line or "" for o in parsed if not self._sets_a_value(o))
-            if options not in self._bases:
-                self._bases[options] = self._with_study(options) or self._compose(options)
-            config = deepcopy(self._bases[options])
+            config = self._with_study(options) or deepcopy(self._base(options))
             for override in filter(self._sets_a_value, parsed):
                 _set(config, override)
         return config
+
+    def _base(self, options: tuple[str, ...]) -> DictConfig:
+        if options not in self._bases:
+            self._bases[options] = self._compose(options)
+        return self._bases[options]
 
     def _with_study(self, options: Sequence[str]) -> DictConfig | None:
         """Return the config with one option, a study; None if Hydra has to compose it."""

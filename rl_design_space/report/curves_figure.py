@@ -15,6 +15,7 @@ from matplotlib.ticker import PercentFormatter
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.learning_curves import curve_frame, curve_summary
@@ -139,7 +140,7 @@ class CurvesFigure(Report):
             for (panel, line), result in results.items()
             if result
         ]
-        known: dict[str, float] = {}
+        known: dict[str, FloatArray] = {}
         lines = [
             {
                 "panel": panel,

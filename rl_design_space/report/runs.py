@@ -40,7 +40,7 @@ from rl_design_space.run.enough import enough_text
 if TYPE_CHECKING:
     from rl_design_space.design import DesignPoint
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 #: Numbers of periods that are listed; of more, the first and the last.
 _LISTED = 4
