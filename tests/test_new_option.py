@@ -57,8 +57,8 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
             shutil.copy(source, tree / name)
     module = tree / "rl_design_space" / "design" / "exploration.py"
     text = module.read_text(encoding="utf-8")
-    assert "from typing import Annotated, Protocol" in text
-    text = text.replace("from typing import Annotated, Protocol", "from typing import Annotated, Literal, Protocol")
+    assert "from typing import Annotated\n" in text
+    text = text.replace("from typing import Annotated\n", "from typing import Annotated, Literal\n")
     module.write_text(text + CLASS, encoding="utf-8")
     (tree / "conf" / "exploration" / "stepwise.yaml").write_text(OPTION, encoding="utf-8")
     return tree

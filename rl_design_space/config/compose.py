@@ -34,6 +34,7 @@ from rl_design_space.config.overrides import (
 )
 from rl_design_space.config.resolvers import register_resolvers
 from rl_design_space.config.search_path import look_in_user_folder_first
+from rl_design_space.config.stage_options import CURRICULUM, check_stages
 from rl_design_space.config.study_file import with_study
 from rl_design_space.errors import ConfigError
 
@@ -213,4 +214,6 @@ def parts_of(config: DictConfig, choices: Mapping[str, str | None] | None = None
     for group in OPTION_GROUPS:
         if not choices[group]:
             raise ConfigError(f"{group}: name exactly one option, as in {group}=OPTION")
-    return Parts(build_values(config), {group: str(choices[group]) for group in OPTION_GROUPS})
+    values = build_values(config)
+    check_stages(str(choices[CURRICULUM]), values[CURRICULUM])
+    return Parts(values, {group: str(choices[group]) for group in OPTION_GROUPS})

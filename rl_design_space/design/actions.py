@@ -5,12 +5,13 @@ They are options in the sense of Sutton, Precup and Singh (1999): a policy and a
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, NamedTuple, Protocol, TypeVar, runtime_checkable
+from typing import Annotated, Literal, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
+from typing_extensions import Protocol, runtime_checkable
 
 from rl_design_space._arrays import IntArray
 from rl_design_space._strict import STRICT

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
-from typing import Annotated, Any, Literal, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
+from typing_extensions import Protocol, runtime_checkable
 
 from rl_design_space._strict import STRICT
 from rl_design_space.design.aggregated import Aggregated

@@ -84,9 +84,11 @@ class Lanes(NamedTuple):
             width if they depend on the kind of cell alone.
         went: (longest action, LANES) uint64, the cells that its steps have led to, if chance decides that.
         known_codes, known_rows: int64 and int32, a hash table from observation codes to rows.
-        kept: (periods, n_goals · cells · width of a row) float64, the Q-matrices that periods begin with and, after
-            they have ended, end with, see `StagedLearning`. Without any, all values begin as `initial_q`.
-        states: (periods, 4) uint64, of as many periods: the state of the random generator at their end.
+        given: (periods, n_goals · cells · width of a row) float64, the Q-matrices that periods begin with, see
+            `StagedLearning`. Without any, all values begin as `initial_q`.
+        kept: (periods, n_goals · cells · width of a row) float64, those that periods end with, if a stage needs them;
+            may be the same array.
+        states: (periods, 4) uint64, the state of the random generator at their end, if a stage needs it.
     """
 
     running: NDArray[np.int64]
@@ -103,6 +105,7 @@ class Lanes(NamedTuple):
     went: NDArray[np.uint64]
     known_codes: NDArray[np.int64]
     known_rows: NDArray[np.int32]
+    given: FloatArray
     kept: FloatArray
     states: NDArray[np.uint64]
 
@@ -136,6 +139,7 @@ def empty_lanes(
     tabulated: bool = False,
     drawn: bool = False,
     earnings: int = 0,
+    given: FloatArray | None = None,
     kept: FloatArray | None = None,
     states: NDArray[np.uint64] | None = None,
 ) -> Lanes:
@@ -148,6 +152,7 @@ def empty_lanes(
         tabulated: whether actions follow a table.
         drawn: whether chance decides where steps lead.
         earnings: rewards by transition of a period, see `earning.earnings`; 0 if there are none.
+        given: see `Lanes`; none if not given.
         kept: see `Lanes`; none if not given.
         states: see `Lanes`; none if not given.
     """
@@ -170,6 +175,7 @@ def empty_lanes(
         went=np.empty((longest * drawn, LANES), dtype=np.uint64),
         known_codes=np.empty(slots, dtype=np.int64),
         known_rows=np.empty(slots, dtype=np.int32),
+        given=np.empty((0, 0)) if given is None else given,
         kept=np.empty((0, 0)) if kept is None else kept,
         states=np.empty((0, 4), dtype=np.uint64) if states is None else states,
     )

@@ -67,7 +67,7 @@ def _mark_goals(layout, entries):
 
 @compiled
 def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, rows, taken, table, earnings):
-    """Begin a period in a lane, with a new Q-matrix, or with the one that is kept for it."""
+    """Begin a period in a lane, with a new Q-matrix, or with the one that is given."""
     home = np.int64(lanes.numbers[HOME + lane])
     first = home * lanes.q.shape[1]
     width = row_width(len(limits))
@@ -82,11 +82,13 @@ def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, r
             lanes.earnings[home, at] = earnings[taken, at]
     _mark_goals(layout, entries)
     rows[period, 0] = n_rows
-    if len(lanes.kept):
+    q = lanes.q[home]
+    if len(lanes.given):
+        given = lanes.given[period]
         for at in range(n_rows * width):
-            lanes.q[home, at] = lanes.kept[period, at]
+            q[at] = given[at]
     else:
-        lanes.q[home, : n_rows * width] = initial_q
+        q[: n_rows * width] = initial_q
     lanes.numbers[PERIOD + lane] = period
     for word in range(4):
         lanes.numbers[S0 + index(word * LANES) + lane] = state[word]
@@ -94,19 +96,21 @@ def begin_period(lanes, lane, period, codes, layout, state, limits, initial_q, r
 
 @compiled
 def end_period(lanes, lane, limits, initial_q, rows, period):
-    """Count the rows of a lane's Q-matrix whose values learning has changed; keep it for the next stage, if any."""
+    """Count the rows of a lane's Q-matrix whose values learning has changed; keep what the next stage needs, if any."""
     q = lanes.q[np.int64(lanes.numbers[HOME + lane])]
-    width, is_kept = row_width(len(limits)), len(lanes.kept) > 0
+    width, n_rows, is_given = row_width(len(limits)), rows[period, 0], len(lanes.given) > 0
     learned = 0
-    for row in range(rows[period, 0]):
+    for row in range(n_rows):
         changed = False
         for at in range(row * width, (row + 1) * width):
-            changed |= q[at] != (lanes.kept[period, at] if is_kept else initial_q)
-            if is_kept:
-                lanes.kept[period, at] = q[at]
+            changed |= q[at] != (lanes.given[period, at] if is_given else initial_q)
         learned += changed
     rows[period, 1] = learned
-    if is_kept:
+    if len(lanes.kept):
+        kept = lanes.kept[period]
+        for at in range(n_rows * width):
+            kept[at] = q[at]
+    if len(lanes.states):
         for word in range(4):
             lanes.states[period, word] = lanes.numbers[S0 + index(word * LANES) + lane]
 

@@ -25,7 +25,7 @@ from rl_design_space.learning.tables import learning_tables
 from rl_design_space.learning.td_errors import Errors, no_errors
 
 #: Observation codes computed at a time.
-_CODES_IN_FLIGHT = 24_000
+_CODES_IN_FLIGHT = 120_000
 
 
 class StageOfPoint:
@@ -40,7 +40,8 @@ class StageOfPoint:
     def __init__(self, stage: StagePoint, layouts: NDArray[np.int32], following: StagePoint | None) -> None:
         point: DesignPoint = stage.point
         self.point, self.carry, self.refine, self.layouts = point, stage.carry, stage.refine, layouts
-        #: Whether the next stage asks for the TD errors of this one.
+        #: Whether the next stage asks for the Q-matrices of this one, and for its TD errors.
+        self.is_carried = bool(following and following.carry != "none")
         self.collects = bool(following and following.refine and following.refine.split == "disagreeing")
         self.tables = learning_tables(point)
         self.optimum = optimal_steps(self.tables, layouts)
@@ -83,14 +84,15 @@ class StageOfShare:
                 self._codes[batch] = portable_codes(stage.point, self._layouts[batch, 1:])
         self._errors: Errors = no_errors(taken if stage.collects else 0, stage.states, len(stage.tables.limits))
         self._carried = stage.carried[share]
+        #: Q-matrices that periods begin with, (taken, values), or none; and those that they end with, if needed.
+        self._given: FloatArray = np.empty((0, 0))
         self._kept: FloatArray = np.empty((0, 0))
 
     @cached_property
     def _rows(self) -> NDArray[np.int64]:
-        """Rows of the Q-matrices by state, (taken, n_goals, cells) int64."""
+        """Rows of the Q-matrices by state, (taken, n_goals, cells) int64; of one period if they are those of all."""
         rows = np.empty_like(self._codes)
-        number_rows(self._codes, rows)
-        return rows
+        return rows[: number_rows(self._codes, rows)]
 
     def observes_the_same_as(self, before: StageOfShare) -> bool:
         """Return whether all observations are those of another stage, state by state."""
@@ -98,31 +100,40 @@ class StageOfShare:
 
     def begin_anew(self) -> None:
         """Begin with initial values."""
-        self._kept = np.full((len(self._codes), self._stage.values), self._stage.tables.rules.initial_q)
+        self._kept = self._no_values() if self._stage.is_carried else self._kept
 
     def begin_where_ended(self, before: StageOfShare) -> None:
         """Begin with the Q-matrices that a stage of equal observations has ended with."""
-        self._kept = before._kept
+        self._begin_with(before._kept)
         self._carried[:] = before._stage.rows[self._share, 0]
 
     def begin_with_memory(self, memory: Memory, before: StageOfShare, *, anew: bool) -> None:
         """Begin with the values of equal observations, after those of the stage before are in the memory."""
-        stage = self._stage
-        self._kept = np.empty((len(self._codes), stage.values))
+        stage, given = self._stage, self._no_values()
         carry_over(
             memory, anew, before._codes, before._rows, before._kept, self._codes, self._rows,
-            stage.tables.rules.initial_q, stage.width, self._kept, self._carried,
+            stage.tables.rules.initial_q, stage.width, given, self._carried,
         )  # fmt: skip
+        self._begin_with(given)
 
     def begin_with_ancestors(self, before: StageOfShare) -> None:
         """Begin with the values of the states that the carry rule gives."""
-        stage = self._stage
-        self._kept = np.empty((len(self._codes), stage.values))
+        stage, given = self._stage, self._no_values()
         for periods, found in self._ancestors(before):
             inherit(
                 found, periods.start, periods.stop - periods.start, before._rows, before._kept, self._rows,
-                stage.tables.rules.initial_q, stage.width, self._kept, self._carried,
+                stage.tables.rules.initial_q, stage.width, given, self._carried,
             )  # fmt: skip
+        self._begin_with(given)
+
+    def _no_values(self) -> FloatArray:
+        return np.empty((len(self._codes), self._stage.values))
+
+    def _begin_with(self, values: FloatArray) -> None:
+        """Begin with Q-matrices; those that the periods end with are written over them, if they are needed."""
+        self._given = values
+        if self._stage.is_carried:
+            self._kept = values
 
     def _ancestors(self, before: StageOfShare) -> Iterator[tuple[slice, NDArray[np.int64]]]:
         """Yield the ancestors of the states in some of the periods after the other, see `inherit`."""
@@ -138,7 +149,7 @@ class StageOfShare:
         stage, share, tables = self._stage, self._share, self._stage.tables
         tabulated = not stage.point.msa.repeats
         paid = earnings(stage.point, tables, self._layouts[:, 1:])
-        lanes = side_by_side(max(1, len(self._kept)), 1, (12 if tabulated else 8) * stage.values)
+        lanes = side_by_side(max(1, len(self._codes)), 1, (12 if tabulated else 8) * stage.values)
         running = empty_lanes(
             lanes,
             stage.states,
@@ -146,6 +157,7 @@ class StageOfShare:
             tabulated=tabulated,
             drawn=tables.chance is not None,
             earnings=width_of(paid),
+            given=self._given,
             kept=self._kept,
             states=self._generator,
         )

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Any, Literal
+
+from typing_extensions import Protocol, runtime_checkable
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.errors import ConfigError

@@ -37,6 +37,7 @@ from rl_design_space.report.style import (
     draw_curve,
     interval,
     make_logarithmic,
+    share_limits,
     styled,
     tidy,
 )
@@ -225,14 +226,15 @@ def _draw(frames: Frames, look: CurvesFigure) -> Figure:
     curves, panels, families = frames[MAIN], frames[PANELS], list(look.families)
     is_log = look.is_log(curves["mean"], by_itself=True)
     heights = list(_HEIGHTS.values())[: 3 if families else 2]
-    blocks, across = -(-len(panels) // _COLUMNS), min(len(panels), _COLUMNS)
+    columns = 1 if look.is_narrow else _COLUMNS
+    blocks, across = -(-len(panels) // columns), min(len(panels), columns)
     most_failed = max(0.01, float(curves["failed"].max()) if len(curves) else 0.0)
     figure, axes = plt.subplots(
         blocks * len(heights), across, layout="constrained", squeeze=False, sharey="row",
         figsize=(5.6 * across, blocks * sum(heights) + 1.5), height_ratios=heights * blocks,
     )  # fmt: skip
     for number, panel in enumerate(panels.to_dict("records")):
-        block, column = divmod(number, _COLUMNS)
+        block, column = divmod(number, columns)
         above, below, *lowest = axes[block * len(heights) : (block + 1) * len(heights), column]
         of = {name: frame[frame["panel"] == panel["panel"]] for name, frame in frames.items()}
         _draw_curves(above, below, of[LINES], of[MAIN], look, draw_scratch(above, of[SCRATCH]))
@@ -252,6 +254,8 @@ def _draw(frames: Frames, look: CurvesFigure) -> Figure:
         if column == 0:
             for axis, name in zip((above, below, *lowest), _HEIGHTS, strict=False):
                 axis.set_ylabel(name)
+    for kind in range(len(heights)) if across == 1 else ():
+        share_limits(axes[kind :: len(heights), 0].tolist())
     figure.suptitle(look.title, fontsize=12)
     notes = _NOTE if is_log else _NOTE.replace("; logarithmic", "")
     notes += (STAGE_NOTE if len(frames[STAGES]) else "") + (SCRATCH_NOTE if len(frames[SCRATCH]) else "")

@@ -11,7 +11,7 @@ from rl_design_space.report.runs import Runs
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 
 def larger_samples(name: str, study: Study, reader: Reader) -> tuple[Runs, str]:

@@ -33,7 +33,7 @@ from rl_design_space.report.page_claims import PageClaim, page_claims
 from rl_design_space.report.written import MainNumbers, Written, numbers_of
 
 if TYPE_CHECKING:
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 _TEMPLATE = "page.html.jinja"
 #: The page to explore runs, if it was written into the same folder, and the command that writes it.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,6 +11,7 @@ import pandas as pd
 
 from rl_design_space._visible import visible
 from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.config import unlisted
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.learning.stage_record import is_scalar_name
 from rl_design_space.plan.differences import differing
@@ -156,6 +157,23 @@ def points_of_frame(frame: pd.DataFrame, *, every: bool = True) -> list[Point]:
         parameters = {name: value for name, value in there.items() if name not in ABOUT}
         points.append(Point(parameters, run, any_periods=not every))
     return points if every else largest(points)
+
+
+def with_defaults(points: Sequence[Point], asked: Sequence[str] = ()) -> list[Point]:
+    """Return points with the defaults that their parameters leave out, of names that others list or that are asked for.
+
+    Args:
+        points: the points.
+        asked: texts in which names may stand, such as the arguments of a command.
+    """
+    names = unlisted.named_defaults((point.parameters for point in points), asked)
+    if not names:
+        return list(points)
+    found = []
+    for point in points:
+        left_out = {name: comparable(value) for name, value in unlisted.left_out(point.parameters, names).items()}
+        found.append(point.with_parameters({**point.parameters, **left_out}) if left_out else point)
+    return found
 
 
 def _shown(value: Any) -> Any:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import AfterValidator, Field, Strict
 from pydantic.dataclasses import dataclass
+from typing_extensions import Protocol, runtime_checkable
 
 from rl_design_space._paths import expanded, why_unwritable
 from rl_design_space._strict import STRICT
