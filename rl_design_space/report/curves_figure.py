@@ -141,6 +141,7 @@ class CurvesFigure(Report):
             if result
         ]
         known: dict[str, FloatArray] = {}
+        summaries = {tuple(points[names]): curve_summary(result) for names, result in results.items() if result}
         lines = [
             {
                 "panel": panel,
@@ -148,7 +149,7 @@ class CurvesFigure(Report):
                 "command": _missing(points[panel, line]).planned.command,
                 "memoryless": memoryless_level(points[panel, line], known) if result else float("nan"),
                 "total_steps": float("nan"),
-                **(curve_summary(result) if result else {}),
+                **(summaries[tuple(points[panel, line])] if result else {}),
             }
             for (panel, line), result in results.items()
         ]
@@ -160,7 +161,7 @@ class CurvesFigure(Report):
             panels.append({"panel": panel.title, **drawn})
         return {
             MAIN: pd.concat(curves) if curves else pd.DataFrame(columns=_CURVE_COLUMNS),
-            EXPLORATION: self._exploration(runs),
+            EXPLORATION: self._exploration(runs, summaries),
             LINES: pd.DataFrame(lines),
             PANELS: pd.DataFrame(panels),
             STAGES: stage_frame(points, results),
@@ -187,7 +188,8 @@ class CurvesFigure(Report):
             *told_of_scratch(frames[SCRATCH], has_stages=len(frames[STAGES]) > 0),
         ]
 
-    def _exploration(self, runs: Runs) -> pd.DataFrame:
+    def _exploration(self, runs: Runs, known: Mapping[tuple[Point, ...], Mapping[str, float]]) -> pd.DataFrame:
+        """Return the points of the families; `known` has the summaries of those that are lines as well."""
         rows = []
         for panel in self.built_panels():
             for family, where in self.families.items():
@@ -196,7 +198,8 @@ class CurvesFigure(Report):
                 for seeds in by_design(points):
                     if result := runs.pooled(seeds):
                         names = {"panel": panel.title, "family": family, "point": seeds[0].planned.name}
-                        rows.append({**names, "joined": joined, **curve_summary(result)})
+                        summary = known.get(tuple(seeds)) or curve_summary(result)
+                        rows.append({**names, "joined": joined, **summary})
         return pd.DataFrame(rows, columns=[*_EXPLORATION_COLUMNS, "joined"])
 
 
