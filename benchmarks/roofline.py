@@ -24,7 +24,8 @@ from benchmarks.tables import number, spread
 from rl_design_space import simulate
 from rl_design_space.learning import behaviour, kernel, moving, updating
 from rl_design_space.learning.lanes import LANES, empty_lanes
-from rl_design_space.learning.streams import behaviour_states, layouts
+from rl_design_space.learning.layouts import layouts_of
+from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables, observation_codes
 
 WHOLE, DECIDE, MOVE, UPDATE, KEEP = "whole step", "decide", "move and look up", "update", "write back"
@@ -144,7 +145,7 @@ def _parts(turns: int) -> dict[str, Callable[[int], float]]:
     """Every part on lanes of its own, all of them running, in the middle of their periods."""
     point = ours.point(Job(), 2 * LANES, seed=0)
     tables, task = learning_tables(point), point.task
-    layout = layouts(point.seed, Job().cells, task.goals, task.periods)
+    layout = layouts_of(point)
     generator = behaviour_states(point.seed, task.periods)
     codes = observation_codes(point, layout[: LANES + 1, 1:])
     steps = np.empty((task.periods, task.trials), dtype=np.int32)

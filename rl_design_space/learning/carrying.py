@@ -93,7 +93,10 @@ def number_rows(codes, rows):
     taken = min(1, len(codes)) if _all_equal(codes) else len(codes)
     for period in range(taken):
         if period > 0 and _equal(codes[period].ravel(), codes[period - 1].ravel()):
-            rows[period] = rows[period - 1]
+            # Numba compiles the assignment of a whole array, with the message of its error, in five seconds.
+            row_of, before = rows[period].ravel(), rows[period - 1].ravel()
+            for state in range(len(row_of)):
+                row_of[state] = before[state]
         else:
             numbered(codes[period].ravel(), known_codes, known_rows, rows[period].ravel())
     return taken

@@ -126,7 +126,7 @@ def learn(  # noqa: C901 (branches on `table`, `errors` and `method` are compile
     begun_in = places_for_states(errors)
 
     running = int(lanes.running[0])
-    begun = 0
+    begun = np.int64(0)  # a literal has a type of its own, for which functions would be compiled, too
     while True:
         while running < len(lanes.q) and begun < taken:
             period = first + begun

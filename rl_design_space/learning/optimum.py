@@ -163,7 +163,7 @@ def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> N
         ConfigError: a goal cannot be reached.
     """
     # A copy: the search would be compiled again for a read-only array.
-    tours: NDArray[np.int32] = _tours(next_cell, np.array(layout))
+    tours: NDArray[np.int32] = _tours(next_cell, np.array(layout), np.argsort(layout[:, :-1], axis=None))
     if (tours < 0).any():
         period = int(np.flatnonzero(tours < 0)[0])
         cells = layout[period].tolist()
@@ -172,12 +172,18 @@ def shortest_tours(next_cell: NDArray[np.int32], layout: NDArray[np.int32]) -> N
 
 
 @compiled_and_kept
-def _tours(next_cell, layout):
-    """Search breadth-first from every cell where legs begin, for all its legs at once; -1 where there is no path."""
+def _tours(next_cell, layout, order):
+    """Search breadth-first from every cell where legs begin, for all its legs at once; -1 where there is no path.
+
+    Args:
+        next_cell: see `shortest_tours`.
+        layout: see `shortest_tours`.
+        order: (legs of all periods,) numbers of legs, those from the same cell one after the other. Numba would compile
+            the sorting in a second.
+    """
     cells = next_cell.shape[1]
     legs = layout.shape[1] - 1
     sources, targets = layout[:, :-1].copy().ravel(), layout[:, 1:].copy().ravel()
-    order = np.argsort(sources)
     distance = np.empty(cells, dtype=np.int32)
     queue = np.empty(cells, dtype=np.int32)
     tours = np.zeros(len(layout), dtype=np.int32)

@@ -30,7 +30,7 @@ from rl_design_space.learning.moving import look, move_on, move_once, powers
 from rl_design_space.learning.periods import begin_period, begin_trial
 from rl_design_space.learning.updating import keep, update
 
-_32 = index(32)
+_0, _32 = index(0), index(32)
 
 
 @compiled
@@ -99,49 +99,52 @@ def record(
     made, controls, went = lanes.made.ravel(), lanes.controls.ravel(), lanes.went.ravel()
     observations = index(n_goals * cells)
     pay = pay_of(lanes, earnings, chance, n_goals * cells)
+    # Of the types that the kernel calls its functions with, so that they are not compiled again for literals.
+    first, one = np.int64(0), np.int64(1)
     rows = np.empty((1, 2), dtype=np.int32)
     start = index(layout[0, 0])
     begin_period(
-        lanes, 0, 0, observation[0].ravel(), layout[0], generator[0], limits, rules.initial_q, rows, 0, table, earnings
-    )
-    at = 0
+        lanes, first, first, observation[0].ravel(), layout[0], generator[0], limits, rules.initial_q, rows, first,
+        table, earnings,
+    )  # fmt: skip
+    at = first
     for trial in range(trials):
-        begin_trial(numbers, values, q, entries, 0, trial, start, threshold, observations, limits)
+        begin_trial(numbers, values, q, entries, _0, trial, start, threshold, observations, limits)
         if len(trail.cells):
             trail.cells[at], trail.counters[at] = layout[0, 0], 0
         ended = False
         while not ended:
             begin = np.int64(numbers[CELL])
-            draw(numbers, 1)
+            draw(numbers, one)
             if in_rows:
-                look(numbers, q, 1, limits)
-                choose_by_bits(numbers, 1, limits, rules)
+                look(numbers, q, one, limits)
+                choose_by_bits(numbers, one, limits, rules)
             else:
-                choose(numbers, values, 1, limits, rules)
+                choose(numbers, values, one, limits, rules)
             action = np.int64(numbers[ACTION])
             explores = numbers[WORD] >> _32 < numbers[THRESHOLD]
             if table is None:
                 if one_step:
-                    move_once(numbers, reals, values, q, 1, next_of, entries, limits, chance, pay)
+                    move_once(numbers, reals, values, q, one, next_of, entries, limits, chance, pay)
                     if len(went):
                         went[0] = numbers[CELL]
                 else:
                     move_on(
-                        numbers, reals, values, q, 1, 1, next_of, entries, limits, limit_of, rules, reward_of,
+                        numbers, reals, values, q, one, one, next_of, entries, limits, limit_of, rules, reward_of,
                         discounts, index(cells), passed, rewards, went, chance, pay,
                     )  # fmt: skip
             else:
                 move_by_table(
-                    numbers, reals, values, q, 1, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
+                    numbers, reals, values, q, one, next_of, entries, limits, limit_of, rules, reward_of, index(cells),
                     passed, rewards, made, controls, went, chance, pay,
                 )  # fmt: skip
             some_ended, some_seen = update(
-                numbers, reals, values, 1, index(cells), limits, rules, one_step, in_rows, pay
+                numbers, reals, values, one, index(cells), limits, rules, one_step, in_rows, pay
             )
-            keep(numbers, reals, values, q, 1, some_seen and not in_rows)
+            keep(numbers, reals, values, q, one, some_seen and not in_rows)
             if table is not None:
                 propagate_by_table(
-                    numbers, values, q, 1, limits, limit_of, rules, passed, rewards, made, controls
+                    numbers, values, q, one, limits, limit_of, rules, passed, rewards, made, controls
                 )  # fmt: skip
             if len(trail.cells):
                 executed = 1 if one_step else np.int64(numbers[EXECUTED])

@@ -65,7 +65,9 @@ def learn_in_sequence(
         begin_period(lanes, 0, period, codes, layout_of, state, limits, rules.initial_q, rows, begun, table, earnings)
         used = rows[period, 0] * width
         begin_learning(learner, memory, used)
-        start, level, successes, at = index(layout[period, 0]), behaviour.levels[0], 0, 0
+        start, level = index(layout[period, 0]), behaviour.levels[0]
+        # Literals have types of their own, for which functions would be compiled, too.
+        successes, at = np.int64(0), np.int64(0)
         total_error = 0.0
         broken = 0
         for trial in range(steps.shape[1]):
@@ -121,7 +123,8 @@ def _play_trial(
     if behaviour.kind == EPSILON_GREEDY:
         threshold = index(np.rint(level * COIN_SIDES))
         level = threshold / COIN_SIDES
-    cell, stage, time, counter = start, _0, 0, 0
+    # Literals have types of their own, for which functions would be compiled, too.
+    cell, stage, time, counter = start, _0, np.int64(0), 0
     row = action = next_action = kind = _0
     reward = 0.0
     next_row = index(entries[cell]) & ~KIND
@@ -129,7 +132,8 @@ def _play_trial(
         trail.cells[at], trail.counters[at] = cell, counter
     begin_trial_of(learner, memory)
     total_error = 0.0
-    has_moved = has_chosen = explores = ended = terminal = False
+    has_moved = has_chosen = explores = False
+    ended = terminal = np.bool_(False)
     while True:
         if has_moved and (has_chosen or terminal or not learner.chooses_first):
             error = learn_from_step(
