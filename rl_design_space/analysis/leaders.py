@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
-from rl_design_space.analysis.pairs import better, cut
+from rl_design_space.analysis.pairs import better, cut, groups
 
 #: Periods by which the first leaders are chosen.
 _CHOOSING = 5
@@ -54,8 +54,8 @@ def behind_leaders(each: FloatArray, error: float) -> NDArray[np.bool_]:
     leader = leading(each)
     known = ~np.isnan(leader)
     leader, each = leader[known], each[known]
-    patterns, group = np.unique(~np.isnan(each), axis=1, return_inverse=True)
-    for number, pattern in enumerate(patterns.T):
+    patterns, group = groups(~np.isnan(each))
+    for number, pattern in enumerate(patterns):
         rows, members = np.flatnonzero(pattern), np.flatnonzero(group == number)
         if len(rows) < 2:
             continue

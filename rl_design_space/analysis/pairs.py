@@ -93,11 +93,12 @@ class PeriodPairs:
         has = ~np.isnan(each)
         self._counts = has.sum(axis=0)
         #: Which periods the designs of each group have, and the group of each design.
-        patterns, self._group = np.unique(has, axis=1, return_inverse=True)
-        self._patterns = patterns.T
+        self._patterns, self._group = groups(has)
         self._members = [np.flatnonzero(self._group == group) for group in range(len(self._patterns))]
         #: Means and draws of the designs of one group, over the periods that another group has as well.
         self._known: dict[tuple[str, int, int], NDArray[np.floating[Any]]] = {}
+        #: Deviations of the designs of each group from their means, over the periods that the group asked for last has.
+        self._away: tuple[int, dict[int, NDArray[np.float32]]] = -1, {}
 
     @property
     def ranked(self) -> NDArray[np.intp]:
@@ -113,8 +114,7 @@ class PeriodPairs:
         error, skew = np.empty(len(self.values)), np.empty(len(self.values))
         for group, rows in self._groups(other):
             members, count = self._members[group], len(rows)
-            away = self._centred(rows, members)
-            away -= self._centred(rows, np.array([other]))
+            away = self._deviations(other, group, rows) - self._centred(rows, np.array([other]))
             squares = away * away
             second = squares.mean(axis=0, dtype=np.float64)
             squares *= away
@@ -164,6 +164,15 @@ class PeriodPairs:
     def _mean(self, rows: NDArray[np.intp], designs: NDArray[np.intp]) -> FloatArray:
         return np.asarray(self._each[np.ix_(rows, designs)].mean(axis=0))
 
+    def _deviations(self, other: int, group: int, rows: NDArray[np.intp]) -> NDArray[np.float32]:
+        own = int(self._group[other])
+        if self._away[0] != own:
+            self._away = own, {}
+        known = self._away[1]
+        if group not in known:
+            known[group] = self._centred(rows, self._members[group])
+        return known[group]
+
     def _centred(self, rows: NDArray[np.intp], designs: NDArray[np.intp]) -> NDArray[np.float32]:
         """Return (rows, designs) deviations from the means over these rows."""
         block = self._each[np.ix_(rows, designs)]
@@ -189,10 +198,32 @@ def cut(each: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
     Args:
         each: (periods, designs), NaN where a design does not have a period.
     """
-    low, high = np.nanquantile(each, (0.25, 0.75), axis=0)
+    low, high, most = (np.full(each.shape[1], np.nan) for _ in range(3))
+    patterns, group = groups(~np.isnan(each))
+    for number, pattern in enumerate(patterns):
+        if pattern.any():
+            members = group == number
+            own = each[np.ix_(pattern, members)]
+            low[members], high[members] = np.quantile(own, (0.25, 0.75), axis=0)
+            most[members] = own.max(axis=0)
     limit = high + _FAR_OUT * (high - low)
-    which = np.flatnonzero((high > low) & (np.nanmax(each, axis=0) > limit))
+    which = np.flatnonzero((high > low) & (most > limit))
     return np.minimum(each[:, which], limit[which]), which
+
+
+def groups(has: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+    """Return which periods the designs of each group have, (groups, periods), and the group of each design.
+
+    Whole columns are compared as bytes; `np.unique` compares them period by period, which takes a thousand times as
+    long.
+
+    Args:
+        has: (periods, designs) whether each design has each period.
+    """
+    packed = np.ascontiguousarray(np.packbits(has, axis=0).T)
+    keys = np.array([None, *(column.tobytes() for column in packed)], dtype=object)[1:]
+    _, first, group = np.unique(keys, return_index=True, return_inverse=True)
+    return has[:, first].T, group
 
 
 def reach(quantile: FloatArray | float, skew: FloatArray) -> FloatArray:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.statistics import Estimate, mean_estimate, percentile_interval, share_estimate
+from rl_design_space.learning.measure_statistics import MEDIAN
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR, converged
 from rl_design_space.learning.result import LearningCurves
 
-#: Number of resamples; whole periods are drawn, because medians cannot be resampled by weights.
+#: Number of resamples.
 _RESAMPLES = 2000
 
 
@@ -63,28 +64,11 @@ def quality(schedules: Mapping[str, LearningCurves]) -> Quality:
 
 
 def _speed(steps: NDArray[Any], rng: np.random.Generator) -> Estimate:
-    drawn = rng.integers(len(steps), size=(_RESAMPLES, len(steps)))
-    medians = resampled_medians(steps, drawn)
+    periods = len(steps)
+    drawn = rng.integers(periods, size=(_RESAMPLES, periods))
+    times = np.array([np.bincount(picked, minlength=periods) for picked in drawn])
+    medians = MEDIAN.of(steps, times / periods)
     return _estimate(float(_converged(np.median(steps, axis=0))), _converged(medians))
-
-
-def resampled_medians(values: NDArray[Any], drawn: NDArray[np.integer[Any]]) -> FloatArray:
-    """Return the medians of resamples of rows, (resamples, columns).
-
-    Each column is sorted once; where the middle of a resample lies, the numbers of times that rows were drawn tell.
-
-    Args:
-        values: (rows, columns)
-        drawn: (resamples, rows) rows of each resample.
-    """
-    values, rows = values.astype(np.float64), len(values)
-    times = np.array([np.bincount(picked, minlength=rows) for picked in drawn], np.min_scalar_type(rows)).T
-    medians = np.empty((len(drawn), values.shape[1]))
-    for column, order in enumerate(values.argsort(axis=0, kind="stable").T):
-        up_to = np.cumsum(times[order], axis=0, dtype=times.dtype)  # (rows, resamples)
-        low, high = ((up_to <= place).sum(axis=0, dtype=times.dtype) for place in ((rows - 1) // 2, rows // 2))
-        medians[:, column] = (values[order[low], column] + values[order[high], column]) / 2
-    return medians
 
 
 def _converged(curves: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
+from rl_design_space.commands.arguments import Parser
 from rl_design_space.commands.look_arguments import NAMES, add_look
 from rl_design_space.errors import ConfigError
 
@@ -58,11 +59,11 @@ def scales() -> list[str]:
     return [*SCALES, *forms()]
 
 
-def _parser(word: str) -> argparse.ArgumentParser:
+def _parser(word: str) -> Parser:
     """Return the parser of a word; arguments that are fields of its report have their names."""
     arguments = {"compare": "A B", "sensitivity": "PARAMETER", "interactions": "[A B]"}
     options = "[--where KEY=VALUE ...] [--study STUDY] [options] [outputs=… tracking.uri=…]"
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog=f"rl-design-report {word}",
         # By itself, argparse would name the arguments after --where, which would take them for its own.
         usage=f"%(prog)s {arguments[word]} {options}" if word in arguments else None,

@@ -94,7 +94,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         return _explore(chosen, look, frame, reader, folder, command)
     every = any(PERIODS in argument for argument in arguments)
     listed = study_values(chosen.study) if chosen.study else {}
-    runs = Runs.of_frame(frame, reader, command, remarks, every=every, listed=listed)
+    runs = Runs.of_frame(frame, reader, command, remarks, every=every, listed=listed, asked=arguments)
     runs.watch = watched
     name = chosen.name or (word if word in NAMED else _name(word, figure.heading))
     with named_by_flags():

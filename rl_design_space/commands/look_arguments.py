@@ -155,11 +155,17 @@ def _labels(words: Sequence[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for word in files:
         found |= labels_of(Path(word))
+    of_files = set(found)
     for word in words:
         name, equals, text = word.rpartition("=")
         if word in files:
             continue
+        if name and equals and not text:
+            raise ConfigError(f"--labels {word}: has no text; should be NAME=TEXT, such as {name}=decay")
         if not equals or not name:
             raise ConfigError(f"--labels {word}: should be NAME=TEXT, such as exploration.k=decay, or a YAML file")
+        if name in found and name not in of_files:
+            raise ConfigError(f"--labels {name}={found[name]} {word}: should be one text for a name")
         found[name] = text
+        of_files.discard(name)
     return found

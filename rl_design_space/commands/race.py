@@ -94,6 +94,7 @@ def race_looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mappin
         ConfigError: the points cannot be compared, or a rule has a value that is not allowed.
     """
     from rl_design_space.analysis.race import looks
+    from rl_design_space.commands.race_objective import check_objective
 
     if settings.shard:
         part = "/".join(map(str, settings.shard))
@@ -119,6 +120,7 @@ def race_looks(plan: Plan, settings: Settings, launcher: Launcher, rules: Mappin
     if not _is_number(confidence) or not 0.5 <= confidence < 1:
         expected = "should be a probability from 0.5 to below 1, such as 0.95"
         raise ConfigError.at("hydra.sweeper.confidence", confidence, expected)
+    check_objective(settings.objective, plan)
     return looks(most, first, float(growth), float(confidence))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from rl_design_space.commands.sweep_output import Recorded
+from rl_design_space.commands.sweep_output import Recorded, show_changed
 from rl_design_space.commands.sweep_result import mattered_lines, more_lines
 from rl_design_space.commands.terminal import console, counted, duration, plan_lines, plan_table
 from rl_design_space.plan.cost import estimate
@@ -48,6 +48,7 @@ def show_plan(plan: Plan, begin: Plan, looks: Sequence[Look], settings: Settings
             f"{len(left):,} to run: about {duration(expected.total)} on {counted(threads, 'core')}",
             soft_wrap=True,
         )
+        show_changed(found.changed)
     console.print("nothing was run; leave out plan=true to run the race", markup=False)
 
 
@@ -65,5 +66,5 @@ def result_lines(result: RaceResult, stored: Mapping[str, StoredRun], settings: 
         f"{size}:",
         *result.listed,
         *mattered_lines(result.plan, stored),
-        *more_lines(result.plan, settings),
+        *more_lines(result.plan, settings, result.name),
     ]

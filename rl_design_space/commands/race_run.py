@@ -13,11 +13,11 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.best import best_means
 from rl_design_space.analysis.race import Look, behind, matrix
 from rl_design_space.commands.progress import Display
+from rl_design_space.commands.race_objective import mean_measure, no_mean
 from rl_design_space.commands.race_result import RaceResult
 from rl_design_space.commands.terminal import console, counted
 from rl_design_space.commands.watching import watched
 from rl_design_space.errors import ConfigError
-from rl_design_space.learning.measures import ONLY_SCALARS, CurveMeasure, Measure, PeriodMeasure, measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.executor import Executor
@@ -55,7 +55,7 @@ class Race:
     ) -> None:
         self._plan, self._looks, self._confidence = plan, looks, confidence
         self._name, self._on_error = settings.objective, settings.on_error
-        self._measure = _measure(settings.objective)
+        self._measure = mean_measure(settings.objective)
         self._tracker, self._executor, self._command = tracker, executor, command
         self._outcome, self._is_open = Outcome(), False
         #: By the number of a point: the point with as many periods as it got, the numbers of its periods that are
@@ -177,7 +177,7 @@ class Race:
         result = self._results[number] = replace(result, known_point=planned.point)
         values = self._measure.each(result)
         if values is None:
-            raise _no_mean(self._name)
+            raise no_mean(self._name)
         self._values[number] = -values if self._measure.largest_is_best else values
         self._steps[number] = float(result.total_steps.sum())
 
@@ -213,22 +213,3 @@ class _Collecting:
         if isinstance(result, LearningCurves):
             self._learned[planned.fingerprint] = result
         self._display.point_ended(planned, result)
-
-
-def _measure(name: str) -> Measure:
-    """Return the measure that decides.
-
-    Raises:
-        ConfigError: it is no mean over periods.
-    """
-    if name in ONLY_SCALARS:
-        raise _no_mean(name)
-    found = measure(name)
-    if isinstance(found, CurveMeasure) or (isinstance(found, PeriodMeasure) and not found.statistic.is_mean):
-        raise _no_mean(name)
-    return found
-
-
-def _no_mean(name: str) -> ConfigError:
-    expected = "a race compares means over periods, such as total_steps or steps_after=30"
-    return ConfigError.at("objective", name, expected)

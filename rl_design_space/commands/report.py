@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rl_design_space._version import __version__
+from rl_design_space.commands.arguments import Parser
 from rl_design_space.commands.folders import report_folder
 from rl_design_space.commands.interrupts import handle_interrupts
 from rl_design_space.commands.look_arguments import add_look, named_by_flags, take_look
@@ -22,7 +23,7 @@ from rl_design_space.errors import ConfigError
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 #: New objects after which Python looks for garbage, and how often it then looks through older ones. Imports and plans
 #: make hundreds of thousands that stay; to look through all of them again and again takes a tenth of a report.
@@ -76,8 +77,8 @@ def _check_first(typed: list[str]) -> None:
         raise ConfigError(f"{typed[0]}: the name of a report comes first, as in `rl-design-report {name} {typed[0]}`")
 
 
-def _parser(typed: list[str]) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser(typed: list[str]) -> Parser:
+    parser = Parser(
         prog="rl-design-report",
         description="Write the report of a study from its tracked runs, into outputs/report.",
         epilog=_studies() if {"-h", "--help"} & set(typed) else None,
@@ -157,7 +158,7 @@ def write_report(
     from rl_design_space.config.compose import shipped_config
     from rl_design_space.plan.study import load_study
     from rl_design_space.run.settings import build_settings
-    from rl_design_space.tracking.read import FoundRuns, NoRuns
+    from rl_design_space.tracking.reader import FoundRuns, NoRuns
 
     with shipped_config():
         study = load_study(name, overrides)

@@ -71,11 +71,16 @@ def show_plan(plan: Plan, settings: Settings, recorded: Recorded, *, only_planne
     if continued := sum(map(bool, begun)):
         begin = "1 begins" if continued == 1 else f"{continued:,} begin"
         console.print(f"- {begin} with periods that are recorded", markup=False, soft_wrap=True)
-    for what, count in recorded.changed.items():
-        again = "1 runs again, because its run has" if count == 1 else f"{count:,} run again, because their runs have"
-        console.print(f"- {again} other code of {what}", markup=False, soft_wrap=True)
+    show_changed(recorded.changed)
     remedy = "give -m in place of plan=true" if only_planned and len(plan) > 1 else "leave out plan=true"
     console.print(f"nothing was run; {remedy} to run these points", markup=False)
+
+
+def show_changed(changed: Mapping[str, int]) -> None:
+    """Print how many points run again, and what was changed since they were recorded, see `Recorded`."""
+    for what, count in changed.items():
+        again = "1 runs again, because its run has" if count == 1 else f"{count:,} run again, because their runs have"
+        console.print(f"- {again} other code of {what}", markup=False, soft_wrap=True)
 
 
 def show_outcome(

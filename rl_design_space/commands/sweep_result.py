@@ -21,6 +21,9 @@ _MOST, _LISTED = 5000, 10
 _NAMED, _DRAWS = 2, 200
 _TIE, _STAR = "≈", "★"
 _NORMAL = NormalDist()
+#: What the report does otherwise, which has other shares.
+_OTHER_SCALE = "; the report `importance` is of log(steps / optimum), period by period"
+_TOTAL_STEPS = "total_steps"
 #: Parameters that make no designs.
 _REPEATED = ("seed", "task.periods")
 
@@ -80,23 +83,27 @@ def mattered_lines(plan: Plan, stored: Mapping[str, StoredRun]) -> list[str]:
     return _what_mattered(designs, differing([design.parameters for design in designs])) if designs else []
 
 
-def more_lines(plan: Plan, settings: Sequence[str]) -> list[str]:
+def more_lines(plan: Plan, settings: Sequence[str], objective: str = _TOTAL_STEPS) -> list[str]:
     """Return the commands for more; none if nothing was recorded.
 
     Args:
         plan: the points of the sweep.
         settings: overrides that choose the store.
+        objective: the measure that decided.
     """
     if "tracking=none" in settings:
         return []
     chosen = [f"--study={plan.studies[0]}"] if len(plan.studies) == 1 else []
-    more = [shlex.join(["rl-design-report", word, *chosen, *settings]) for word in ("best", "importance")]
-    return [f"more: {command}" for command in more]
+    flags = {"best": "--value", "importance": "--scale"}
+    if objective == _TOTAL_STEPS:  # which both have by themselves, one of them as a logarithm
+        flags = dict.fromkeys(flags, "")
+    words = ([word, *chosen, *([flag, objective] if flag else [])] for word, flag in flags.items())
+    return [f"more: {shlex.join(['rl-design-report', *each, *settings])}" for each in words]
 
 
 def _what_mattered(designs: Sequence[_Design], names: Sequence[str]) -> list[str]:
     mattered = _mattered(designs, names)
-    return [f"mattered most for log(total steps): {mattered}"] if mattered else []
+    return [f"mattered most for log(total steps): {mattered}{_OTHER_SCALE}"] if mattered else []
 
 
 def _designs(plan: Plan, stored: Mapping[str, StoredRun], best: Collection[str] = ()) -> list[_Design]:

@@ -12,7 +12,7 @@ def where_of(words: Sequence[str], flag: str = "--where") -> tuple[dict[str, lis
     """Return the values of a flag by name, and the settings that follow them on the command line.
 
     Raises:
-        ConfigError: a word is not KEY=VALUE, in Hydra's grammar for sweeps.
+        ConfigError: a word is not KEY=VALUE, in Hydra's grammar for sweeps, or a key is named twice.
     """
     import yaml
     from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -22,6 +22,12 @@ def where_of(words: Sequence[str], flag: str = "--where") -> tuple[dict[str, lis
 
     if unknown := [word for word in words if "=" not in word]:
         raise ConfigError(f"{flag} {unknown[0]}: should be KEY=VALUE, such as exploration=linear")
+    named: dict[str, str] = {}
+    for word in words:
+        key, _, values = word.partition("=")
+        if key in named:
+            raise ConfigError(f"{flag} {named[key]} {word}: should be one, such as {flag} {named[key]},{values}")
+        named[key] = word
     chosen = axes([word for word in words if not is_setting(word)], OverridesParser.create()) if words else {}
     where = {key: [yaml.safe_load(each.partition("=")[2]) for each in values] for key, values in chosen.items()}
     return where, list(filter(is_setting, words))

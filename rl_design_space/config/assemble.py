@@ -16,6 +16,7 @@ from omegaconf import OmegaConf
 
 from rl_design_space.config.build import build
 from rl_design_space.config.overrides import ABSENT, ABSENT_OPTION, SETTINGS, is_setting
+from rl_design_space.config.stage_options import CURRICULUM, check_stages
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 
@@ -121,6 +122,7 @@ class Assembler:
             elif parsed:
                 values.setdefault(parsed.field, []).append(override)
         built = {field: self._component(field, options.get(field), values.get(field, ())) for field in _FIELDS}
+        check_stages(options[CURRICULUM], built[CURRICULUM])
         return Parts(built, self._shared.setdefault(tuple(options.values()), options))
 
     def _parse(self, override: str) -> _Choice | _Value | None:

@@ -34,6 +34,7 @@ from rl_design_space.config.overrides import (
 )
 from rl_design_space.config.resolvers import register_resolvers
 from rl_design_space.config.search_path import look_in_user_folder_first
+from rl_design_space.config.stage_options import CURRICULUM, check_stages
 from rl_design_space.config.study_file import with_study
 from rl_design_space.errors import ConfigError
 
@@ -155,12 +156,15 @@ class Composer:
             if any(self._changes_keys(override) for override in parsed):
                 return self._compose(overrides)
             options = tuple(o.input_line or "" for o in parsed if not self._sets_a_value(o))
-            if options not in self._bases:
-                self._bases[options] = self._with_study(options) or self._compose(options)
-            config = deepcopy(self._bases[options])
+            config = self._with_study(options) or deepcopy(self._base(options))
             for override in filter(self._sets_a_value, parsed):
                 _set(config, override)
         return config
+
+    def _base(self, options: tuple[str, ...]) -> DictConfig:
+        if options not in self._bases:
+            self._bases[options] = self._compose(options)
+        return self._bases[options]
 
     def _with_study(self, options: Sequence[str]) -> DictConfig | None:
         """Return the config with one option, a study; None if Hydra has to compose it."""
@@ -210,4 +214,6 @@ def parts_of(config: DictConfig, choices: Mapping[str, str | None] | None = None
     for group in OPTION_GROUPS:
         if not choices[group]:
             raise ConfigError(f"{group}: name exactly one option, as in {group}=OPTION")
-    return Parts(build_values(config), {group: str(choices[group]) for group in OPTION_GROUPS})
+    values = build_values(config)
+    check_stages(str(choices[CURRICULUM]), values[CURRICULUM])
+    return Parts(values, {group: str(choices[group]) for group in OPTION_GROUPS})

@@ -55,4 +55,6 @@ def checked(node: object, place: str = "labels") -> dict[str, str]:
     for name, text in node.items():
         if isinstance(text, bool) or not isinstance(text, str | int | float):
             raise ConfigError.at(f"{place}.{name}", text, "should be a text")
+        if not str(text).strip():
+            raise ConfigError.at(f"{place}.{name}", text, "should not be empty; left out, the name stands as it is")
     return {str(name): str(text) for name, text in node.items()}

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from typing import Any, cast
 
 from hydra._internal.config_loader_impl import ConfigLoaderImpl
 from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 
+from rl_design_space._yaml import as_yaml
+from rl_design_space.config.overrides import ABSENT_OPTION
 from rl_design_space.config.target import function_of
-from rl_design_space.design import DesignPoint, Without
+from rl_design_space.design import DesignPoint, Stages, Without
 from rl_design_space.errors import ConfigError
 
 #: The choices whose options hold such values, and the keys of these.
 CURRICULUM, _STAGES, _CARRY = "curriculum", "stages", "carry"
 _REPRESENTATION, _OF = "representation", "of"
 _CHOICES = frozenset(field.name for field in fields(DesignPoint)) - {"seed", CURRICULUM}
+_TARGET, _TASK = "_target_", "task"
+#: Keys whose values in a stage are written with dots, unless they describe an option.
+_NESTED = _CHOICES | {_TASK}
+_EXAMPLE = "{world.size: 5, task.trials: 20, layout: scaled}"
 Build = Callable[[str, Any], Any]
 
 
@@ -43,6 +49,23 @@ def named_values(key: str, kind: type, node: Mapping[str, Any], build: Build) ->
     return {}
 
 
+def check_stages(option: str, curriculum: Any) -> None:
+    """Refuse an option that lists no stage: it would say nothing, and its points would be those of `none`.
+
+    Args:
+        option: name of the option.
+        curriculum: what it describes.
+
+    Raises:
+        ConfigError: it lists no stage.
+    """
+    if option != ABSENT_OPTION and isinstance(curriculum, Stages) and not curriculum.stages:
+        expected = (
+            f"{CURRICULUM}={option} should list a stage, as in [{_EXAMPLE}]; without stages, use {CURRICULUM}=none"
+        )
+        raise ConfigError.at(f"{CURRICULUM}.{_STAGES}", [], expected)
+
+
 def _of_curriculum(node: Mapping[str, Any], build: Build) -> dict[str, Any]:
     found = {}
     if _CARRY in node:
@@ -62,6 +85,11 @@ def _stage(place: str, stage: Any, build: Build) -> Any:
 def _value(place: str, key: str, value: Any, build: Build) -> Any:
     if key == _CARRY:
         return _rule(f"{place}{key}", value)
+    if isinstance(value, Mapping) and _TARGET not in value and key in _NESTED:
+        dotted = ", ".join(f"{key}.{name}: {as_yaml(each)}" for name, each in value.items()) or f"{key}: OPTION"
+        raise ConfigError.at(f"{place}{key}", value, f"should be {dotted}")
+    if key in _CHOICES and key != _TASK and not isinstance(value, (str, Mapping)) and not is_dataclass(value):
+        raise ConfigError.at(f"{place}{key}", value, f"should be the name of an option; its fields: {key}.FIELD")
     if _choice(key) not in _CHOICES or not isinstance(value, (str, Mapping)):
         return value
     try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
 from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -17,7 +16,7 @@ def with_study(base: DictConfig, text: str, parser: OverridesParser, repository:
     """Return the config that Hydra composes with a study; None if Hydra has to compose it, or to report an error.
 
     Args:
-        base: the composed config without any override of the command line.
+        base: the composed config without any override of the command line, which is changed.
         text: the override, `study=table4`.
         parser: parses overrides.
         repository: Hydra's repository of config files.
@@ -32,10 +31,9 @@ def with_study(base: DictConfig, text: str, parser: OverridesParser, repository:
     found = repository.load_config(path) if repository.config_exists(path) else None  # copies the file's content
     if found is None or reaches_out(found) or not isinstance(found.config, DictConfig):
         return None
-    config = deepcopy(base)
-    with flag_override(config, ["struct", "readonly"], False), flag_override(config.hydra, "readonly", False):
-        config[_STUDY] = found.config
-        config.hydra.runtime.choices[_STUDY] = name
-        config.hydra.overrides.task.append(text)
-        config.hydra.job.override_dirname = text
-    return config
+    with flag_override(base, ["struct", "readonly"], False), flag_override(base.hydra, "readonly", False):
+        base[_STUDY] = found.config
+        base.hydra.runtime.choices[_STUDY] = name
+        base.hydra.overrides.task.append(text)
+        base.hydra.job.override_dirname = text
+    return base

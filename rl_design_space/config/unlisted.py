@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import cache
 from typing import Any
@@ -33,6 +33,21 @@ def left_out(parameters: Mapping[str, Any], names: Iterable[str]) -> dict[str, A
         if field in defaults:
             found[name] = defaults[field]
     return found
+
+
+def named_defaults(points: Iterable[Mapping[str, Any]], asked: Sequence[str] = ()) -> list[str]:
+    """Return the names of values that some points leave out, and that others list or that somewhere are asked for.
+
+    Args:
+        points: parameters of each point.
+        asked: texts in which names may stand, such as the arguments of a command.
+    """
+    points = list(points)
+    options = {(choice, str(each[choice])) for each in points for choice in OPTION_GROUPS if choice in each}
+    options.add(("task", ""))
+    unlisted = {f"{choice}.{field}" for choice, option in options for field in _defaults(choice, option)}
+    listed = {name for name in unlisted if any(name in each for each in points)}
+    return sorted(listed | {name for name in unlisted if any(name in text for text in asked)})
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 from types import NoneType
@@ -16,7 +17,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from rl_design_space.config import user_config
 from rl_design_space.config.yaml_limits import CHARACTERS, check_limits
-from rl_design_space.config.yaml_parser import parse_yaml
+from rl_design_space.config.yaml_parser import parse_events, parse_yaml
 from rl_design_space.errors import ConfigError
 
 #: Number of characters in which Hydra looks for `# @package`.
@@ -68,7 +69,7 @@ def _values(text: str, path: Path, shown: str) -> Any:
     """
     check_limits(text, shown)
     if _MAYBE.search(text):
-        _refuse_old_numbers(shown, text)
+        _refuse_old_numbers(shown, parse_events(text, path))
     try:
         values = parse_yaml(text, path)
     except ValueError as error:
@@ -94,13 +95,13 @@ def _text(path: Path) -> str:
         raise ConfigError(f"{user_config.shown(path)}: cannot be read: {error.strerror}") from error
 
 
-def _refuse_old_numbers(name: str, text: str) -> None:
+def _refuse_old_numbers(name: str, events: Iterable[yaml.Event]) -> None:
     """Refuse numbers that YAML 1.1 reads in base 8 or 60, unlike YAML 1.2 and people.
 
     Raises:
         ConfigError: the text holds one.
     """
-    for event in yaml.parse(text, yaml.SafeLoader):
+    for event in events:
         if not isinstance(event, yaml.ScalarEvent) or not event.implicit[0]:
             continue
         base = 8 if _OCTAL.fullmatch(event.value) else 60 if _SEXAGESIMAL.fullmatch(event.value) else None

@@ -27,7 +27,7 @@ def parse_yaml(text: str, path: Path) -> Any:
     Raises:
         YAMLError: the text is not YAML, or repeats a key.
     """
-    quick = _quick_loader() if CONF in path.parents else None
+    quick = _quick_loader() if _is_shipped(path) else None
     if quick is not None:
         try:
             return yaml.load(text, quick)
@@ -36,6 +36,24 @@ def parse_yaml(text: str, path: Path) -> Any:
     stream = StringIO(text)
     stream.name = str(path)
     return yaml.load(stream, get_yaml_loader())
+
+
+def parse_events(text: str, path: Path) -> list[yaml.Event]:
+    """Return the events of a YAML text, as `parse_yaml` would meet them.
+
+    Raises:
+        YAMLError: the text is not YAML.
+    """
+    if yaml.__with_libyaml__ and _is_shipped(path):
+        try:
+            return list(yaml.parse(text, yaml.CSafeLoader))
+        except yaml.YAMLError:  # the message is PyYAML's
+            pass
+    return list(yaml.parse(text, yaml.SafeLoader))
+
+
+def _is_shipped(path: Path) -> bool:
+    return CONF in path.parents
 
 
 @cache

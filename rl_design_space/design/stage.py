@@ -98,6 +98,8 @@ def _refinement(value: Any) -> Any:
     """Convert the forms of YAML: `all`, or `{split: all, rows: 100}`."""
     if isinstance(value, str):
         return Refinement(split=value)  # type: ignore[arg-type]
+    if value is not None and not isinstance(value, Mapping | Refinement):
+        raise ValueError("should be disagreeing, all, none, or a mapping such as {split: all, rows: 100}")
     if not isinstance(value, Mapping):
         return value
     known = [field.name for field in fields(Refinement)]
@@ -113,7 +115,9 @@ def _canonical(changes: Any) -> Any:
         raise ValueError("should map dotted keys to values, as {'world.size': 10} does")
     pairs = dict(changes)
     for key in pairs:
-        if not isinstance(key, str) or key in _SHARED or key.startswith(("curriculum.", "task.precision")):
+        if not isinstance(key, str):
+            raise ValueError(f"{key}: no such key; should be a dotted one, such as world.size")
+        if key in _SHARED or key.startswith(("curriculum.", "task.precision")):
             raise ValueError(f"{key}: all stages of a period share it; a stage may differ in anything else")
     found: dict[str, Any] = {}
     for key in sorted(pairs):
@@ -235,14 +239,18 @@ def plain(message: str) -> str:
 
 def as_stages(stages: Any) -> Any:
     """Convert the stages of a list, those in the form of YAML included."""
-    if isinstance(stages, str) or not isinstance(stages, Iterable):
+    if isinstance(stages, (str, Mapping)) or not isinstance(stages, Iterable):
         raise ValueError("should be a list of stages, each with what is different from the point")
     return tuple(_as_stage(number, stage) for number, stage in enumerate(stages, 1))
 
 
 def _as_stage(number: int, stage: Any) -> Any:
-    if not isinstance(stage, Mapping):
+    if isinstance(stage, Stage):
         return stage
+    if not isinstance(stage, Mapping):
+        raise ConfigError.at(
+            f"stage {number}", stage, "should map keys to values, as {world.size: 5, task.trials: 20} does"
+        )
     try:
         return Stage.of(stage)
     except ValueError as error:

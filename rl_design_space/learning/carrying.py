@@ -67,6 +67,14 @@ def _equal(some, others):
     return True
 
 
+@compiled
+def _all_equal(codes):
+    for period in range(1, len(codes)):  # noqa: SIM110 (generators are not compiled)
+        if not _equal(codes[period].ravel(), codes[0].ravel()):
+            return False
+    return True
+
+
 @compiled_and_kept
 def number_rows(codes, rows):
     """Number the rows of Q-matrices as the kernel does, in the order in which their codes first occur.
@@ -74,12 +82,16 @@ def number_rows(codes, rows):
     Args:
         codes: (periods, n_goals, cells) int64, observation codes.
         rows: (periods, n_goals, cells) int64, output: the row of each state.
+
+    Returns:
+        How many periods were numbered: 1 if all have equal codes, so equal rows, else all.
     """
     slots = 1
     while slots < 2 * codes.shape[1] * codes.shape[2]:
         slots *= 2
     known_codes, known_rows = np.empty(slots, dtype=np.int64), np.empty(slots, dtype=np.int32)
-    for period in range(len(codes)):
+    taken = min(1, len(codes)) if _all_equal(codes) else len(codes)
+    for period in range(taken):
         if period > 0 and _equal(codes[period].ravel(), codes[period - 1].ravel()):
             # Numba compiles the assignment of a whole array, with the message of its error, in five seconds.
             row_of, before = rows[period].ravel(), rows[period - 1].ravel()
@@ -87,6 +99,7 @@ def number_rows(codes, rows):
                 row_of[state] = before[state]
         else:
             numbered(codes[period].ravel(), known_codes, known_rows, rows[period].ravel())
+    return taken
 
 
 @compiled
@@ -138,10 +151,11 @@ def carry_over(memory, anew, codes_before, rows_before, kept_before, codes, rows
         anew: whether the memory is that of a single period, which every period begins anew, because no later stage
             needs it; so it stays in the cache.
         codes_before: (periods, n_goals, cells before) int64, observation codes of the stage before.
-        rows_before: (periods, n_goals, cells before) int64, the row of each of its states.
+        rows_before: (periods, n_goals, cells before) int64, the row of each of its states; or (1, n_goals, cells
+            before), the same in all periods.
         kept_before: (periods, n_goals · cells before · width) float64, its Q-matrices, see `Lanes`.
         codes: (periods, n_goals, cells) int64, observation codes of the stage that begins.
-        rows: (periods, n_goals, cells) int64, the row of each state.
+        rows: (periods, n_goals, cells) int64, the row of each state; or one period, as before.
         initial_q: value of what is not in the memory.
         width: values of a row, see `row_width`.
         kept: (periods, n_goals · cells · width) float64, output: Q-matrices, see `Lanes`.
@@ -152,10 +166,10 @@ def carry_over(memory, anew, codes_before, rows_before, kept_before, codes, rows
         if anew:
             memory.met[0] = 0
             memory.known_rows[0] = -1
-        _remember(memory, at, codes_before[period].ravel(), rows_before[period].ravel(), kept_before[period], width)
-        carried[period] = _recall(
-            memory, at, codes[period].ravel(), rows[period].ravel(), initial_q, width, kept[period]
-        )  # fmt: skip
+        row_before = rows_before[period % len(rows_before)].ravel()
+        _remember(memory, at, codes_before[period].ravel(), row_before, kept_before[period], width)
+        row_of = rows[period % len(rows)].ravel()
+        carried[period] = _recall(memory, at, codes[period].ravel(), row_of, initial_q, width, kept[period])
 
 
 @compiled_and_kept
@@ -169,9 +183,10 @@ def inherit(ancestors, first, taken, rows_before, kept_before, rows, initial_q, 
             the same in all periods.
         first: number of the first of the periods.
         taken: number of periods.
-        rows_before: (periods, n_goals, cells before) int64, rows of the stage before.
+        rows_before: (periods, n_goals, cells before) int64, rows of the stage before; or (1, n_goals, cells before),
+            the same in all periods.
         kept_before: (periods, n_goals · cells before · width) float64, its Q-matrices.
-        rows: (periods, n_goals, cells) int64, rows of the stage that begins.
+        rows: (periods, n_goals, cells) int64, rows of the stage that begins; or one period, as before.
         initial_q: value of what has no ancestor.
         width: values of a row, see `row_width`.
         kept: (periods, n_goals · cells · width) float64, output: Q-matrices, see `Lanes`.
@@ -181,7 +196,7 @@ def inherit(ancestors, first, taken, rows_before, kept_before, rows, initial_q, 
     wide = index(width)
     for period in range(first, first + taken):
         ancestor_of = ancestors[(period - first) % len(ancestors)].ravel()
-        row_of, row_before = rows[period].ravel(), rows_before[period].ravel()
+        row_of, row_before = rows[period % len(rows)].ravel(), rows_before[period % len(rows_before)].ravel()
         values, values_before = kept[period], kept_before[period]
         following = found = 0
         for state in range(len(row_of)):

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable
 from threading import Lock
 from time import perf_counter, time
 
@@ -26,26 +25,30 @@ class JointLearning(ABC):
 
     def __init__(self, task: Task, begun: LearningCurves | None) -> None:
         self._periods, self._begun = task.periods, begun
-        self._shares: deque[slice] = deque()
+        #: The periods that are left to begin, and how many of them a thread takes.
+        self._next = self._end = task.periods
+        self._size: Callable[[int, int], int] = max
         self._lock = Lock()
         self._working = 0
         self._error: BaseException | None = None
         self._started = self._ended = perf_counter()
         self._ended_at = time()
 
-    def begin(self, shares: Iterable[slice]) -> None:
+    def begin(self, first: int, size: Callable[[int, int], int]) -> None:
         """Begin, when all is prepared.
 
         Args:
-            shares: the periods, as threads take them.
+            first: number of the first period.
+            size: takes how many periods are left, and how many a thread wants at least; returns how many it takes, one
+                or more.
         """
-        self._shares.extend(shares)
+        self._next, self._size = first, size
         self._started = self._ended = perf_counter()
 
     @property
     def has_work(self) -> bool:
         """Whether periods are left to begin."""
-        return bool(self._shares)
+        return self._next < self._end
 
     def work(self) -> bool:
         """Learn, together with all other threads that call this, until no period is left to begin.
@@ -54,39 +57,50 @@ class JointLearning(ABC):
             Whether this call has completed the learning: True once, for the last thread that ends.
         """
         with self._lock:
-            if not self._shares:
+            if not self.has_work:
                 return False
             self._working += 1
         try:
             self._work()
         except BaseException as error:
             self._error = self._error or error
-            self._shares.clear()
+            self._drop()
             if not isinstance(error, Exception):
                 raise
         finally:
             with self._lock:
                 self._working -= 1
-                last = not self._working and not self._shares
+                last = not self._working and not self.has_work
                 self._ended, self._ended_at = perf_counter(), time()
         return last
 
     def stop(self) -> None:
         """Begin no more periods, so that all threads end soon."""
         self._error = self._error or RuntimeError("learning was stopped")
-        self._shares.clear()
+        self._drop()
 
     @property
     def is_stopped(self) -> bool:
         """Whether an error, or a call of `stop`, has made the result useless."""
         return self._error is not None
 
-    def next_share(self) -> slice | None:
-        """Take a share; None if there is none. Checking first would let another thread take it in between."""
-        try:
-            return self._shares.popleft()
-        except IndexError:
-            return None
+    def next_share(self, least: int = 1) -> slice | None:
+        """Take periods to begin; None if none are left. Checking first would let another thread take them in between.
+
+        Args:
+            least: how many the thread wants, but no more than an even part for each thread that works.
+        """
+        with self._lock:
+            first, left = self._next, self._end - self._next
+            if left <= 0:
+                return None
+            self._next += min(self._size(left, min(least, -(-left // self._working))), left)
+            return slice(first, self._next)
+
+    def _drop(self) -> None:
+        """Leave no periods to begin."""
+        with self._lock:
+            self._end = self._next
 
     def check(self, begun: LearningCurves, optimum: Optimum, epsilon: FloatArray) -> int:
         """Check a result of the first periods; return their number.

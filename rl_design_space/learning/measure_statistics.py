@@ -21,8 +21,12 @@ from rl_design_space.errors import ConfigError
 _TINY = 1e-9
 #: Weights that are cumulated at once; few enough for the cache of a core.
 _AT_ONCE = 130_000
+#: Standard errors between a quantile of all periods and resampled ones, at most, times their standard deviation.
+_REACH = 1.8
 #: Places of a column that are summed up one after the other, for many resamples at a time.
 _PLACES = 100
+#: Largest number of one byte, in which counting takes the least time.
+_IN_A_BYTE = 127
 #: Size of a matrix up to which linear algebra uses one thread to multiply it with a vector.
 _ONE_THREAD = 9000
 #: Resamples that are not worth dividing into blocks.
@@ -80,27 +84,38 @@ class Statistic:
     def _of_middle(self, ordered: FloatArray, order: NDArray[np.intp], weights: FloatArray) -> FloatArray:
         """Return a quantile: of both middle values their mean, where the weights leave two of them.
 
-        Resampled quantiles lie a few standard errors from the middle, so weights are summed up one by one only there.
+        Resampled quantiles lie a few standard errors from that of the mean weights, so weights are summed up one by one
+        only there.
         """
         periods, columns = ordered.shape
         total, numbers = _counted(weights)
         limits = (self.low - _TINY) * total, (self.low + _TINY) * total
-        reach = math.ceil(2.25 * math.sqrt(periods)) + 1
-        centre = int(self.low * periods)
-        start, stop = max(0, centre - reach), min(periods, centre + reach)
+        start, width = self._window(order, weights)
+        window = np.take_along_axis(order, start + np.arange(width)[:, np.newaxis], axis=0)
         found = np.empty((len(weights), columns))
         every = np.arange(columns)[:, np.newaxis]
         for rows in _blocks(len(weights), max(columns, periods // _PLACES)):
             transposed = np.ascontiguousarray(numbers[rows].T)
-            base = _summed(transposed, order[:start])
-            first, last = (start + places for places in _places(transposed, order[start:stop], base, limits))
+            base = _summed(transposed, order, start)
+            first, last = (start[:, np.newaxis] + places for places in _places(transposed, window, base, limits))
             # Where the quantile of a resample lies elsewhere, weights are compared from the first one on.
-            far = (base >= limits[0]).any(axis=1) | (last >= stop).any(axis=1)
+            far = (base >= limits[0]) | (last >= start[:, np.newaxis] + width)
             if far.any():
-                first[far], last[far] = _places(transposed, order[:, far], np.zeros_like(base[far]), limits)
+                some, there = np.flatnonzero(far.any(axis=1)), np.flatnonzero(far.any(axis=0))
+                among, none = np.ix_(some, there), np.zeros((len(some), len(there)), transposed.dtype)
+                first[among], last[among] = _places(transposed[:, there], order[:, some], none, limits)
             last = np.minimum(last, periods - 1)
             found[rows] = ((ordered.T[every, first] + ordered.T[every, last]) / 2).T
         return found
+
+    def _window(self, order: NDArray[np.intp], weights: FloatArray) -> tuple[NDArray[np.intp], int]:
+        """Return the first of the places among which resampled quantiles lie, (columns,), and their number."""
+        reach = _REACH / math.sqrt(max(1, np.count_nonzero(weights) / len(weights)))
+        upto = weights.mean(axis=0)[order].cumsum(axis=0)
+        start = np.maximum((upto < self.low - reach).sum(axis=0) - 1, 0)
+        width = int(((upto < self.low + reach).sum(axis=0) + 2 - start).max())
+        width = min(width, len(order))
+        return np.minimum(start, len(order) - width), width
 
 
 def weighted_means(weights: FloatArray, values: FloatArray) -> FloatArray:
@@ -141,20 +156,26 @@ def means_of_each(weights: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def _counted(weights: FloatArray) -> tuple[float, NDArray[Any]]:
-    """Return weights and their sum; as small whole numbers, which is faster, if they are counts of drawn periods."""
-    periods = weights.shape[1]
-    counts = weights * periods
+    """Return weights and their sum; as small whole numbers, which is faster, if they are multiples of the least one.
+
+    Those of resamples are: they count how often a period was drawn.
+    """
+    least = weights.min(initial=1.0, where=weights > 0)
+    total = np.rint(1 / least)
+    counts = weights * total
     whole = np.rint(counts)
-    if periods > np.iinfo(np.int16).max or np.abs(counts - whole).max(initial=0) > _TINY:
+    if total > np.iinfo(np.int16).max or np.abs(counts - whole).max(initial=0) > _TINY:
         return 1.0, weights
-    return float(periods), whole.astype(np.int16)
+    return float(total), whole.astype(np.int16)
 
 
-def _summed(transposed: NDArray[Any], order: NDArray[np.intp]) -> NDArray[Any]:
-    """Return the weight of some values, (columns, resamples); see `_places`."""
+def _summed(transposed: NDArray[Any], order: NDArray[np.intp], start: NDArray[np.intp]) -> NDArray[Any]:
+    """Return the weight of the values before a place of each column, (columns, resamples); see `_places`."""
+    with_none = np.concatenate([transposed, np.zeros_like(transposed[:1])])
+    first = order[: start.max(initial=0)]
     upto = np.zeros((order.shape[1], transposed.shape[1]), transposed.dtype)
-    for places in order:
-        upto += transposed[places]
+    for places in np.where(np.arange(len(first))[:, np.newaxis] < start, first, len(transposed)):
+        upto += with_none[places]
     return upto
 
 
@@ -175,13 +196,18 @@ def _places(
     upto = base.copy()
     # Whole numbers are compared with whole numbers, so that they need not be converted.
     ends = [math.ceil(limit) if upto.dtype.kind == "i" else limit for limit in limits]
-    counter = np.int16 if len(order) <= np.iinfo(np.int16).max else np.int32
-    first, last = np.zeros(base.shape, counter), np.zeros(base.shape, counter)
-    for places in order:
-        upto += transposed[places]
-        first += (upto < ends[0]).view(np.int8)
-        last += (upto < ends[1]).view(np.int8)
-    return first.astype(np.intp), last.astype(np.intp)
+    found = [np.zeros(base.shape, np.intp) for _ in ends]
+    for begin in range(0, len(order), _IN_A_BYTE):
+        counts = [np.zeros(base.shape, np.int8) for _ in ends]
+        for places in order[begin : begin + _IN_A_BYTE]:
+            upto += transposed[places]
+            for count, end in zip(counts, ends, strict=True):
+                count += (upto < end).view(np.int8)
+        for below, count in zip(found, counts, strict=True):
+            below += count
+        if not counts[-1].any():
+            break
+    return found[0], found[1]
 
 
 def _blocks(resamples: int, width: int) -> list[slice]:

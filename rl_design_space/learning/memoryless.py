@@ -136,7 +136,9 @@ def best_memoryless(
     return Memoryless(found if complete and found <= cap else None, min(bound, cap + 1), cap)
 
 
-def memoryless_steps(point: DesignPoint, layouts: NDArray[np.int32]) -> FloatArray:
+def memoryless_steps(
+    point: DesignPoint, layouts: NDArray[np.int32], with_fewer: FloatArray | None = None
+) -> FloatArray:
     """Return the steps of the best deterministic memoryless policy of each layout; NaN where they are not known.
 
     In a stochastic world they are known only where a policy can be any.
@@ -144,13 +146,16 @@ def memoryless_steps(point: DesignPoint, layouts: NDArray[np.int32]) -> FloatArr
     Args:
         point: the design point.
         layouts: (layouts, 1 + n_goals) start and goals.
+        with_fewer: (layouts,) the same with some of the actions alone. Where these are enough for the optimum, nothing
+            is searched: the more actions there are, the longer that takes.
     """
     tables = learning_tables(point)
     optimum = optimal_steps(tables, layouts)
-    found = np.full(len(layouts), np.nan)
-    for first in range(0, len(layouts), _AT_A_TIME):
-        part = slice(first, first + _AT_A_TIME)
-        for number, codes in enumerate(observation_codes(point, layouts[part, 1:]), first):
+    found = np.full(len(layouts), np.nan) if with_fewer is None else np.where(with_fewer == optimum, optimum, np.nan)
+    left = np.flatnonzero(found != optimum)
+    for first in range(0, len(left), _AT_A_TIME):
+        part = left[first : first + _AT_A_TIME]
+        for number, codes in zip(part.tolist(), observation_codes(point, layouts[part, 1:]), strict=True):
             if point.msa.primitives and len(np.unique(codes)) == codes.size:
                 # No two states look the same, and all steps can be chosen: the policy can be any.
                 found[number] = optimum[number]

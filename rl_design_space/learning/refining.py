@@ -21,7 +21,8 @@ def refine_into(
 
     Args:
         codes: (periods, n_goals, cells), output: observation codes, the number of the first state of each block.
-        rows: (periods, n_goals, cells) row of each state before; the states of a row are a rectangle at one counter.
+        rows: (periods, n_goals, cells) row of each state before; or of one period, if all have the same. The states of
+            a row are a rectangle at one counter.
         width: cells of the world along x.
         refinement: which blocks are split.
         errors: TD errors of the stage before; of no period unless blocks are split that disagree.
@@ -64,8 +65,8 @@ def _disagreement(row_of, n_rows, sums, counts):
 def _refine(rows, width, split, most, sums, counts, codes):
     """Split blocks, see `refine_into`; `most` is the most rows afterwards."""
     cells = rows.shape[2]
-    for period in range(len(rows)):
-        row_of = rows[period].ravel()
+    for period in range(len(codes)):
+        row_of = rows[period % len(rows)].ravel()
         n_rows = row_of.max() + 1
         # First and last column and line of each block.
         left, right = np.full(n_rows, width), np.full(n_rows, -1)

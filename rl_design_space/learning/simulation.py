@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,10 @@ from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
 
 #: Observation codes computed at a time per thread: few enough to stay in the cache, enough to make up for the call.
-_CODES_IN_FLIGHT = 24_000
+_CODES_IN_FLIGHT = 60_000
+#: Seconds that a share of the periods takes at least. To take the next one, a thread waits for the others: one of them
+#: runs Python at a time, and that one may have lost its core to another process.
+_SHARE_SECONDS = 0.01
 
 
 def simulate(
@@ -136,7 +140,8 @@ class Learning(JointLearning):
         self._no_table = None if point.msa.repeats else no_table(self._observations, len(self._tables.limits))
         # Without periods: this compiles, or loads compiled code, outside the measured time.
         self._learn(self._nothing, self._no_table, self._no_earnings, 0, self._empty_lanes(1), drain=True)
-        self.begin(_shares(first, task.periods, threads, self._lanes, self._observations))
+        parts, most = 2 * threads if threads > 1 else 1, max(1, _CODES_IN_FLIGHT // self._observations)
+        self.begin(first, lambda left, least: min(max(left // parts, self._lanes, least), most))
 
     def curves(self) -> LearningCurves:
         """Return the result, after the learning is complete.
@@ -158,13 +163,19 @@ class Learning(JointLearning):
         return first
 
     def _work(self) -> None:
-        """Learn shares until none is left; their periods overlap, so that no lane is idle in between."""
-        lanes = self._empty_lanes(self._lanes)
-        while (share := self.next_share()) is not None:
+        """Learn shares until none is left; their periods overlap, so that no lane is idle in between.
+
+        The last shares are small, so that all threads end at about the same time, however long single periods take.
+        """
+        lanes, least = self._empty_lanes(self._lanes), 1
+        started, taken = perf_counter(), 0
+        while (share := self.next_share(least)) is not None:
             goals = self._layouts[share, 1:]
             codes = observation_codes(self._point, goals)
             paid = earnings(self._point, self._tables, goals)
             self._learn(codes, action_table(self._point, goals, codes), paid, share.start, lanes, drain=False)
+            taken += len(goals)
+            least = int(taken * _SHARE_SECONDS / (perf_counter() - started))
         self._learn(self._nothing, self._no_table, self._no_earnings, 0, lanes, drain=True)
 
     def _empty_lanes(self, lanes: int) -> Lanes:
@@ -193,17 +204,3 @@ class Learning(JointLearning):
             self._generator, lanes, drain, self._steps, self._success, self._rows, table, None,
             tables.chance, paid, tables.method,
         )  # fmt: skip
-
-
-def _shares(first: int, periods: int, threads: int, side_by_side: int, codes_each: int) -> list[slice]:
-    """Split the periods from the first one on into shares; a thread takes the next one when it has a free lane.
-
-    The last shares are small, so that all threads end at about the same time, however long single periods take.
-    """
-    shares = []
-    while first < periods:
-        even = (periods - first) // (2 * threads if threads > 1 else 1)
-        size = min(max(even, side_by_side), max(1, _CODES_IN_FLIGHT // codes_each))
-        shares.append(slice(first, min(first + size, periods)))
-        first += size
-    return shares

@@ -25,7 +25,7 @@ from rl_design_space.learning.tables import learning_tables
 from rl_design_space.learning.td_errors import Errors, no_errors
 
 #: Observation codes computed at a time.
-_CODES_IN_FLIGHT = 24_000
+_CODES_IN_FLIGHT = 120_000
 
 
 class StageOfPoint:
@@ -90,10 +90,9 @@ class StageOfShare:
 
     @cached_property
     def _rows(self) -> NDArray[np.int64]:
-        """Rows of the Q-matrices by state, (taken, n_goals, cells) int64."""
+        """Rows of the Q-matrices by state, (taken, n_goals, cells) int64; of one period if they are those of all."""
         rows = np.empty_like(self._codes)
-        number_rows(self._codes, rows)
-        return rows
+        return rows[: number_rows(self._codes, rows)]
 
     def observes_the_same_as(self, before: StageOfShare) -> bool:
         """Return whether all observations are those of another stage, state by state."""

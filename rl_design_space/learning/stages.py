@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise, zip_longest
+from itertools import zip_longest
 
 import numpy as np
 
@@ -62,7 +62,8 @@ class StagedLearning(JointLearning):
         self._learn(slice(0, 0))
         values = self._met * self._stages[0].width + 3 * max(stage.values for stage in self._stages)
         first = self._copy(begun) if begun else 0
-        self.begin(_shares(first, point.task.periods, threads, most=max(1, _SHARE_BYTES // (8 * values))))
+        size = _share_size(point.task.periods - first, threads, most=max(1, _SHARE_BYTES // (8 * values)))
+        self.begin(first, lambda left, least: size)
 
     def curves(self) -> LearningCurves:
         """Return the result, after the learning is complete; its optimum and rows are those of the last stage.
@@ -138,9 +139,7 @@ def _most_observations(stages: Sequence[StagePoint]) -> int:
     return min(states, spanned)
 
 
-def _shares(first: int, periods: int, threads: int, most: int) -> list[slice]:
-    """Split the periods from the first one on into shares of about equal size, two for each of several threads."""
-    left = periods - first
-    count = min(left, max(-(-left // most), 2 * threads if threads > 1 else 1))
-    ends = np.linspace(first, periods, count + 1).astype(int).tolist()
-    return [slice(*pair) for pair in pairwise(ends)]
+def _share_size(left: int, threads: int, most: int) -> int:
+    """Return the size of shares, all of about the same size, two for each of several threads."""
+    count = max(-(-left // most), 2 * threads if threads > 1 else 1)
+    return -(-left // count)

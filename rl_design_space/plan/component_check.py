@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rl_design_space.design import DesignPoint, possible_cells, stages_of
+from rl_design_space.design import ClosedLoop, DesignPoint, OwnLearner, possible_cells, stages_of
 from rl_design_space.design.identity import full_name, function_name, is_shipped
 from rl_design_space.design.ways import missing_way
 from rl_design_space.errors import ConfigError
@@ -28,8 +28,8 @@ class ComponentCheck:
 
     The returned arrays must have the shape, type and range of their contract, and an equal component, built from the
     same fields, must return equal ones: results are found by the fields of a component, so it must not draw random
-    numbers. Other exceptions of a component are ignored here: the point that raises them fails when it is learned, and
-    the others go on.
+    numbers. Updates of learners and rules of closed loops are compiled. Other exceptions of a component are ignored
+    here: the point that raises them fails when it is learned, and the others go on.
     """
 
     def __init__(self) -> None:
@@ -53,6 +53,8 @@ class ComponentCheck:
         self._run(_limits, point, (point.msa,))
         self._run(_actions, point, (point.msa, point.representation, world), task.goals)
         self._run(_codes, point, (point.representation, world), task.goals)
+        self._run(_update, point, (point.learner,))
+        self._run(_rule, point, (point.exploration,))
 
     def _run(
         self, tables: Callable[[DesignPoint], _Tables], point: DesignPoint, components: tuple[Any, ...], *more: Any
@@ -150,6 +152,24 @@ def _codes(point: DesignPoint) -> _Tables:
     codes = checked.observation_codes(point, layouts_of(point, periods=2)[:, 1:])
     names = f"{full_name(type(point.representation))}.observation() in {full_name(type(point.world))}"
     return {f"representation: {names}": codes}
+
+
+def _update(point: DesignPoint) -> _Tables:
+    """Compile the update of a learner; to call it takes a period."""
+    if isinstance(point.learner, OwnLearner):
+        from rl_design_space.learning.sequential.own import compiled_update  # late: it imports Numba
+
+        compiled_update(type(point.learner).update, full_name(type(point.learner)))
+    return {}
+
+
+def _rule(point: DesignPoint) -> _Tables:
+    """Compile the rule of a closed loop."""
+    if isinstance(point.exploration, ClosedLoop):
+        from rl_design_space.learning.sequential.own import compiled_rule
+
+        compiled_rule(type(point.exploration).rule, full_name(type(point.exploration)))
+    return {}
 
 
 def _ancestors(point: DesignPoint) -> _Tables:

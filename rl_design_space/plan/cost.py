@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from rl_design_space.design import DesignPoint, cell_count, stages_of
+from rl_design_space.plan.step_cost import relative_cost
 
 #: Steps per goal until it is found and the way to it is learned: _FIRST · cells^_GROWTH. Steps per goal and trial after
 #: that: _OVER · the mean distance between two cells. Fitted to Table 4; other choices change it by a factor of about 2.
 _FIRST, _GROWTH, _OVER = 2.0, 1.47, 1.5
-#: Seconds per step (docs/performance.md), per point beside its steps, and per start of the program.
+#: Seconds per step of Q-learning (docs/performance.md), per point beside its steps, and per start of the program.
 _STEP, _POINT, _START = 7e-9, 0.005, 2.0
 
 
@@ -45,6 +46,18 @@ def expected_steps(point: DesignPoint, begun: int = 0) -> float:
     return max(0, task.periods - begun) * min(period, task.trials * task.max_steps)
 
 
+def expected_work(point: DesignPoint, begun: int = 0) -> float:
+    """Return the approximate time of a point, in steps of Q-learning: its steps, by what each costs its learner.
+
+    Args:
+        point: the design point.
+        begun: number of its periods that have been learned.
+    """
+    if stages := stages_of(point):
+        return sum(expected_work(stage.point) for stage in stages)
+    return expected_steps(point, begun) * relative_cost(point)
+
+
 def at_most(point: DesignPoint) -> DesignPoint:
     """Return a point with the most periods that it may need."""
     task = point.task
@@ -60,7 +73,7 @@ def estimate(points: Sequence[DesignPoint], threads: int, record: float, begun: 
         record: seconds to record a point.
         begun: how many periods of each point have been learned; none if it is empty.
     """
-    steps = [expected_steps(*each) for each in zip(points, begun or [0] * len(points), strict=True)]
+    steps = [expected_work(*each) for each in zip(points, begun or [0] * len(points), strict=True)]
     if not steps:
         return Estimate()
     learning, recording = sum(steps) * _STEP + len(steps) * _POINT, len(steps) * record

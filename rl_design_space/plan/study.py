@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from omegaconf import DictConfig
@@ -13,6 +13,7 @@ from rl_design_space._paths import leads_out
 from rl_design_space.config import user_config
 from rl_design_space.config.assemble import Parts
 from rl_design_space.config.build import build, plain
+from rl_design_space.config.compose import shipped_config
 from rl_design_space.config.explain import explained
 from rl_design_space.config.grammar import parse
 from rl_design_space.config.measure_name import with_own_measures
@@ -44,6 +45,7 @@ class Study:
         usual_periods: the most periods of a point without the overrides; of included studies, those of the least.
         included: the studies that it includes.
         report_options: arguments of the command that writes its report, beside the overrides.
+        planner: has planned it, and plans others, see `another`; None in another process.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Study:
     usual_periods: int = _PERIODS
     included: tuple[Study, ...] = ()
     report_options: tuple[str, ...] = ()
+    planner: Planner | None = field(default=None, compare=False, repr=False)
 
     @property
     def command(self) -> str:
@@ -90,6 +93,19 @@ class Study:
             )
         return build("study.report", with_own_measures(node))
 
+    def another(self, name: str) -> Study:
+        """Return the study of a name, with the overrides of this one; it is planned once.
+
+        Raises:
+            ConfigError: there is no such study, or it cannot be planned with these overrides.
+        """
+        if self.planner is None:
+            with shipped_config():
+                return load_study(name, self.overrides)
+        planned = self.planner.included.get(self.overrides, {})
+        with shipped_config():
+            return planned.get(name) or load_study(name, self.overrides, self.planner)
+
 
 def load_study(
     name: str, overrides: Sequence[str], planner: Planner | None = None, included_by: tuple[str, ...] = ()
@@ -117,10 +133,12 @@ def load_study(
     if isinstance(node, Mapping) and "includes" in node:
         studies = _included((*included_by, name), node["includes"], overrides, planner)
         usual = min((each.usual_periods for each in studies if each.plan), default=_PERIODS)
-        return Study(name, overrides, config, _joined(name, studies, config, overrides, planner), usual, tuple(studies))
-    plan = plan_study(name, config, overrides, planner)
-    changed = plan and not all(map(is_setting, overrides))
-    return Study(name, overrides, config, plan, _usual_periods(config, planner) if changed else _most_periods(plan))
+        plan, included = _joined(name, studies, config, overrides, planner), tuple(studies)
+    else:
+        plan, included = plan_study(name, config, overrides, planner), ()
+        changed = plan and not all(map(is_setting, overrides))
+        usual = _usual_periods(config, planner) if changed else _most_periods(plan)
+    return Study(name, overrides, config, plan, usual, included, planner=planner)
 
 
 def _most_periods(plan: Plan) -> int:

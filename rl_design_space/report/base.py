@@ -29,7 +29,7 @@ from rl_design_space.report.written import MainNumbers, Written
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 #: Numbers of a report, by what the name of their CSV file adds to that of the report: nothing, `_parts`.
 Frames = Mapping[str, pd.DataFrame]

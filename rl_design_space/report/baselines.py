@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.learning_curves import random_walk_steps
-from rl_design_space.design import stages_of
+from rl_design_space.design import DesignPoint, MultiStepActions, stages_of
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report.points import Point
@@ -26,21 +28,29 @@ def levels(seeds: Sequence[Point], result: LearningCurves | None) -> dict[str, f
     return {"optimum": float(result.optimum.mean()), "random_walk": walk}
 
 
-def memoryless_level(seeds: Sequence[Point], known: dict[str, float]) -> float:
+def memoryless_level(seeds: Sequence[Point], known: dict[str, FloatArray]) -> float:
     """Return the steps of a trial of the best memoryless policy, mean over layouts; NaN if it is not known.
 
     Args:
         seeds: points of one design.
-        known: earlier results, to which this one is added; most lines share their layouts and observations.
+        known: earlier results by layout, to which these are added; most lines share their layouts and observations.
     """
     points = [point.planned.point for point in seeds]
     if any(map(stages_of, points)):
         return float("nan")
+    return float(np.mean(np.concatenate([_memoryless_steps(each, known) for each in points])))
+
+
+def _memoryless_steps(point: DesignPoint, known: dict[str, FloatArray]) -> FloatArray:
+    """Return the steps of the best memoryless policy, (layouts,): the primitive actions alone are searched first."""
     from rl_design_space.learning.memoryless import memoryless_steps  # imports the compiler
 
-    key = repr([(each.world, each.representation, each.msa, each.task, each.seed) for each in points])
+    key = repr((point.world, point.representation, point.msa, point.task, point.seed))
     if key not in known:
-        known[key] = float(np.mean(np.concatenate([memoryless_steps(each, layouts_of(each)) for each in points])))
+        primitive = replace(point, msa=MultiStepActions())
+        has_more = point.msa.primitives and point.msa.n_actions > primitive.msa.n_actions
+        with_fewer = _memoryless_steps(primitive, known) if has_more else None
+        known[key] = memoryless_steps(point, layouts_of(point), with_fewer)
     return known[key]
 
 

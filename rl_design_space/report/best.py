@@ -34,6 +34,8 @@ from rl_design_space.report.style import number
 _DRAWN, _LISTED = 30, 50
 #: Inches: height of a row, of each further line of its name, width of a letter, and of names for which there is room.
 _ROW, _LINE, _LETTER, _NAMES = 0.27, 0.12, 0.055, 3.2
+#: Widths of values and of probabilities, in a picture of its own size and in a narrow one.
+_RATIOS = {False: (3, 1), True: (2, 1)}
 _ABOUT = "_about"
 _FOUND = ["value", "low", "high", "in_best_set", "loss_at_most", "probability_best", "periods_to_decide"]
 
@@ -115,7 +117,10 @@ class Best(Report):
         )
         size = int(rows["in_best_set"].sum())
         what = "1 design is" if size == 1 else f"{size:,} designs are"
-        hidden = f" The {len(rows) - _LISTED:,} designs after these are in the CSV file." if len(rows) > _LISTED else ""
+        further = int(rows["in_best_set"][_LISTED:].sum())
+        marked = f", {further:,} of them {STAR}," if further else ""
+        after = f" The {len(rows) - _LISTED:,} designs after these{marked} are in the CSV file."
+        hidden = after if len(rows) > _LISTED else ""
         return [
             f"**{what} among the best** ({STAR}): they cannot be told from the best at 95 %.{hidden}",
             table(shown),
@@ -171,7 +176,9 @@ def _draw(rows: pd.DataFrame, value: str, look: Best) -> Figure:
     lines = [line for name in names for line in name.split("\n")]
     row = _ROW + _LINE * (max(name.count("\n") for name in names))
     size = 9.5 + max(0.0, max(map(len, lines)) * _LETTER - _NAMES), max(3.0, row * len(shown) + 1.6)
-    figure, (left, right) = plt.subplots(1, 2, figsize=size, layout="constrained", sharey=True, width_ratios=(3, 1))
+    figure, (left, right) = plt.subplots(
+        1, 2, figsize=size, layout="constrained", sharey=True, width_ratios=_RATIOS[look.is_narrow]
+    )
     y = np.arange(len(shown))[::-1]
     for inside, colour in ((True, style.DARK_BLUE), (False, "0.6")):
         which = (shown["in_best_set"] == inside).to_numpy()
@@ -196,7 +203,9 @@ def _draw(rows: pd.DataFrame, value: str, look: Best) -> Figure:
     right.set_xlim(0, 1)
     for axis in (left, right):
         style.tidy(axis)
-    more = f" (the first {len(shown)} of {len(rows):,})" if len(rows) > len(shown) else ""
+    further = int(rows["in_best_set"][_DRAWN:].sum())
+    also = f"; {further:,} more {STAR} are not drawn" if further else ""
+    more = f" (the first {len(shown)} of {len(rows):,}{also})" if len(rows) > len(shown) else ""
     figure.suptitle(f"{look.heading}{more}", fontsize=11)
     if common:
         figure.supxlabel(common, fontsize=7.5)

@@ -34,7 +34,7 @@ from rl_design_space.tracking.selection import Where
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 PARTS, LATER_PARTS = "_parts", "_later_parts"
 

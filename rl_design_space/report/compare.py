@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import matplotlib.pyplot as plt
@@ -23,13 +24,14 @@ from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.bounds import notes, shown, shown_interval, without_exact
 from rl_design_space.report.fitting import make_room
 from rl_design_space.report.look import LINEAR, RATIO
-from rl_design_space.report.many import HALF, MOST, Named, Top, apart, named
+from rl_design_space.report.many import HALF, MOST, Named, Top, apart, named, without_effect
 from rl_design_space.report.markdown import table
 from rl_design_space.report.pairs import OF_RATIO, Pair, ratio_of, row_of
 from rl_design_space.report.parameters import SEED, check_averaged, label
 from rl_design_space.report.points import Point, repetition
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.style import DARK_BLUE, beyond, interval, show_ratios, styled, tidy
+from rl_design_space.report.written import MainNumbers
 from rl_design_space.tracking.run_frame import typed
 
 #: Name of the row of all pairs together.
@@ -186,6 +188,11 @@ class Compare(Report):
             *([_RATIOS] if ratios else []),
             *notes(pairs),
         ]
+
+    def main_numbers(self, frames: Frames) -> MainNumbers:
+        """Return the table of the pairs, below a note if it has all of them in any case."""
+        pairs = int((frames[MAIN]["pair"] != _ALL).sum())
+        return replace(super().main_numbers(frames), lines=tuple(without_effect(self.named, pairs, self.top, "pair")))
 
     def shown_pairs(self, pairs: pd.DataFrame) -> pd.DataFrame:
         """Return the pairs that picture and text show: all, or the largest effects and those that are named.

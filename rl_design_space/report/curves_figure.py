@@ -15,6 +15,7 @@ from matplotlib.ticker import PercentFormatter
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.learning_curves import curve_frame, curve_summary
@@ -36,6 +37,7 @@ from rl_design_space.report.style import (
     draw_curve,
     interval,
     make_logarithmic,
+    share_limits,
     styled,
     tidy,
 )
@@ -138,7 +140,8 @@ class CurvesFigure(Report):
             for (panel, line), result in results.items()
             if result
         ]
-        known: dict[str, float] = {}
+        known: dict[str, FloatArray] = {}
+        summaries = {tuple(points[names]): curve_summary(result) for names, result in results.items() if result}
         lines = [
             {
                 "panel": panel,
@@ -146,7 +149,7 @@ class CurvesFigure(Report):
                 "command": _missing(points[panel, line]).planned.command,
                 "memoryless": memoryless_level(points[panel, line], known) if result else float("nan"),
                 "total_steps": float("nan"),
-                **(curve_summary(result) if result else {}),
+                **(summaries[tuple(points[panel, line])] if result else {}),
             }
             for (panel, line), result in results.items()
         ]
@@ -158,7 +161,7 @@ class CurvesFigure(Report):
             panels.append({"panel": panel.title, **drawn})
         return {
             MAIN: pd.concat(curves) if curves else pd.DataFrame(columns=_CURVE_COLUMNS),
-            EXPLORATION: self._exploration(runs),
+            EXPLORATION: self._exploration(runs, summaries),
             LINES: pd.DataFrame(lines),
             PANELS: pd.DataFrame(panels),
             STAGES: stage_frame(points, results),
@@ -185,7 +188,8 @@ class CurvesFigure(Report):
             *told_of_scratch(frames[SCRATCH], has_stages=len(frames[STAGES]) > 0),
         ]
 
-    def _exploration(self, runs: Runs) -> pd.DataFrame:
+    def _exploration(self, runs: Runs, known: Mapping[tuple[Point, ...], Mapping[str, float]]) -> pd.DataFrame:
+        """Return the points of the families; `known` has the summaries of those that are lines as well."""
         rows = []
         for panel in self.built_panels():
             for family, where in self.families.items():
@@ -194,7 +198,8 @@ class CurvesFigure(Report):
                 for seeds in by_design(points):
                     if result := runs.pooled(seeds):
                         names = {"panel": panel.title, "family": family, "point": seeds[0].planned.name}
-                        rows.append({**names, "joined": joined, **curve_summary(result)})
+                        summary = known.get(tuple(seeds)) or curve_summary(result)
+                        rows.append({**names, "joined": joined, **summary})
         return pd.DataFrame(rows, columns=[*_EXPLORATION_COLUMNS, "joined"])
 
 
@@ -221,14 +226,15 @@ def _draw(frames: Frames, look: CurvesFigure) -> Figure:
     curves, panels, families = frames[MAIN], frames[PANELS], list(look.families)
     is_log = look.is_log(curves["mean"], by_itself=True)
     heights = list(_HEIGHTS.values())[: 3 if families else 2]
-    blocks, across = -(-len(panels) // _COLUMNS), min(len(panels), _COLUMNS)
+    columns = 1 if look.is_narrow else _COLUMNS
+    blocks, across = -(-len(panels) // columns), min(len(panels), columns)
     most_failed = max(0.01, float(curves["failed"].max()) if len(curves) else 0.0)
     figure, axes = plt.subplots(
         blocks * len(heights), across, layout="constrained", squeeze=False, sharey="row",
         figsize=(5.6 * across, blocks * sum(heights) + 1.5), height_ratios=heights * blocks,
     )  # fmt: skip
     for number, panel in enumerate(panels.to_dict("records")):
-        block, column = divmod(number, _COLUMNS)
+        block, column = divmod(number, columns)
         above, below, *lowest = axes[block * len(heights) : (block + 1) * len(heights), column]
         of = {name: frame[frame["panel"] == panel["panel"]] for name, frame in frames.items()}
         _draw_curves(above, below, of[LINES], of[MAIN], look, draw_scratch(above, of[SCRATCH]))
@@ -248,6 +254,8 @@ def _draw(frames: Frames, look: CurvesFigure) -> Figure:
         if column == 0:
             for axis, name in zip((above, below, *lowest), _HEIGHTS, strict=False):
                 axis.set_ylabel(name)
+    for kind in range(len(heights)) if across == 1 else ():
+        share_limits(axes[kind :: len(heights), 0].tolist())
     figure.suptitle(look.title, fontsize=12)
     notes = _NOTE if is_log else _NOTE.replace("; logarithmic", "")
     notes += (STAGE_NOTE if len(frames[STAGES]) else "") + (SCRATCH_NOTE if len(frames[SCRATCH]) else "")

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.averaging import pooled
 from rl_design_space.analysis.factorial import Grids, grids
+from rl_design_space.analysis.pairs import groups
 from rl_design_space.analysis.scales import SCALES
 from rl_design_space.analysis.statistics import resample_weights
 from rl_design_space.errors import ConfigError
@@ -227,8 +228,9 @@ def of_periods(each: FloatArray, resamples: int) -> Numbers:
     if has.all():
         return Numbers(each.mean(axis=0), resample_weights(len(each), 0, resamples) @ each, each)
     samples = np.empty((resamples, each.shape[1]))
-    for pattern in np.unique(has, axis=1).T:
-        members = (has == pattern[:, np.newaxis]).all(axis=0)
+    patterns, group = groups(has)
+    for number, pattern in enumerate(patterns):
+        members = group == number
         samples[:, members] = resample_weights(int(pattern.sum()), 0, resamples) @ each[np.ix_(pattern, members)]
     return Numbers(np.nanmean(each, axis=0), samples, each)
 

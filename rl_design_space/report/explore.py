@@ -23,6 +23,7 @@ from rl_design_space.report import style
 from rl_design_space.report.look import Look
 from rl_design_space.report.ordering import Ordering
 from rl_design_space.report.parameters import text
+from rl_design_space.report.points import frame_with_defaults
 from rl_design_space.report.watching import Watch, unwatched
 from rl_design_space.tracking.run_frame import ABOUT
 from rl_design_space.tracking.tracker import StoredRun
@@ -187,7 +188,7 @@ def write_explorer(
             if name not in arrays or arrays[name].ndim != 1:
                 raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])
             found[name].append(arrays[name])
-    data = page_data(frame, numbers, found, reader.run_link(ui, "RUN_ID"), look, listed)
+    data = page_data(frame_with_defaults(frame), numbers, found, reader.run_link(ui, "RUN_ID"), look, listed)
     content = render(data, title, made_by)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(content, encoding="utf-8")

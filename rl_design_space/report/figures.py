@@ -17,7 +17,7 @@ from rl_design_space.report.written import Written
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 
 def _a_figure(value: Any) -> Any:

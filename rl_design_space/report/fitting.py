@@ -8,18 +8,24 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure, FigureBase
+from matplotlib.legend import Legend
 from matplotlib.text import Text
 from matplotlib.transforms import ScaledTranslation
 
-#: Points: size of most text in pictures of their own size, the least that it shrinks to by itself, and that in cells.
-USUAL, SMALLEST, _SMALLEST_IN_CELLS = 9.0, 6.0, 4.0
+from rl_design_space.errors import ConfigError
+from rl_design_space.report.crowded import fit_cells, part_ticks
+from rl_design_space.report.room import has_room
+
+#: Points: size of most text in pictures of their own size, and the least that it shrinks to by itself.
+USUAL, SMALLEST = 9.0, 6.0
 _POINTS_PER_INCH = 72
 #: Shares of the width: of names beside an axis, at most, and of a legend beside it, from which on it is put below.
 _NAMES, _LEGEND = 0.42, 0.4
 #: Width of a letter over the size of its text, on average; distance of lines; lines between an axis and a legend below.
 _LETTER, _LINE, _BELOW = 0.52, 1.3, 3.6
+#: Height from which on a legend is above its axis, as a share of the axis.
+_ABOVE = 0.99
 #: Share of the width that names in a legend below an axis have.
 _BELOW_WIDTH = 0.85
 #: Share of the height or width of its part of the picture that an axis has.
@@ -39,6 +45,9 @@ def fit(figure: Figure, width: float | None, height: float | None, font_size: fl
         width: inches.
         height: inches.
         font_size: points of most text; other text is in proportion.
+
+    Raises:
+        ConfigError: the size leaves no room for the data beside the text.
     """
     if width is None and height is None and font_size is None:
         return
@@ -48,8 +57,22 @@ def fit(figure: Figure, width: float | None, height: float | None, font_size: fl
     higher = max(narrower, min(1.0, text)) if width else 1.0
     figure.set_size_inches(width or before[0], height or before[1] * higher)
     _resize_text(figure, text)
+    if (title := figure._suptitle) is not None:  # type: ignore[attr-defined]
+        title.set_text(title.get_text().replace("\n", " "))  # its lines were those of another width
     make_room(figure, may_grow=height is None)
-    _fit_cells(figure)
+    # Names that turn need more room, which there may not be.
+    if not has_room(figure) or (part_ticks(figure) and not has_room(figure)):
+        raise _no_room(before.tolist(), width, height, font_size)
+    fit_cells(figure)
+
+
+def _no_room(own: list[float], width: float | None, height: float | None, font_size: float | None) -> ConfigError:
+    """Return an error that names what was asked for, and the picture's own size."""
+    problem = "leaves no room for the data beside the text of this picture; should be"
+    if font_size and font_size > USUAL:
+        return ConfigError.at("font_size", f"{font_size:g}", f"{problem} less; {USUAL:g} is usual")
+    name, value, usual = ("width", width, own[0]) if width else ("height", height or 0.0, own[1])
+    return ConfigError.at(name, f"{value:g}", f"{problem} more; its own {name} is {usual:.3g} inches")
 
 
 def make_room(figure: Figure, *, may_grow: bool = True) -> None:
@@ -86,6 +109,8 @@ def _put_legend_aside(axes: Axes) -> float:
     anchor = legend.get_bbox_to_anchor().transformed(axes.transAxes.inverted())
     if anchor.y0 < 0:
         return 0.0
+    if anchor.y0 > _ABOVE and anchor.x0 < 1:
+        return _break_legend(legend, figure, size)
     room = figure.get_size_inches()[0]
     if anchor.x0 < 1:
         room *= _share(axes)[0] - (_NAMES if _names(axes.yaxis) else 0)
@@ -94,9 +119,17 @@ def _put_legend_aside(axes: Axes) -> float:
     if _inches(longest + 6, size) < _LEGEND * room:
         return 0.0
     legend.set_bbox_to_anchor((0.5, -0.1), transform=axes.transAxes)
+    _break_legend(legend, figure, size)
+    lines = sum(text.get_text().count("\n") + 1 for text in legend.get_texts())
+    return lines * _LINE * size / _POINTS_PER_INCH
+
+
+def _break_legend(legend: Legend, figure: Figure, size: float) -> float:
+    """Break names of a legend that are wider than the picture into lines; return the height of new lines in inches."""
+    before = [text.get_text() for text in legend.get_texts()]
     for text in legend.get_texts():
         text.set_text(_broken(text.get_text(), _BELOW_WIDTH * figure.get_size_inches()[0], size))
-    lines = sum(text.get_text().count("\n") + 1 for text in legend.get_texts())
+    lines = sum(text.get_text().count("\n") for text in legend.get_texts()) - sum(name.count("\n") for name in before)
     return lines * _LINE * size / _POINTS_PER_INCH
 
 
@@ -207,21 +240,3 @@ def _share(axes: Axes) -> tuple[float, float]:
     heights: Any = grid.get_height_ratios()
     across = sum(widths[each] for each in place.colspan) / sum(widths)
     return float(across), float(sum(heights[each] for each in place.rowspan) / sum(heights))
-
-
-def _fit_cells(figure: Figure) -> None:
-    """Shrink text that is wider than its cell; leave it out where it could not be read."""
-    tables = [axes for axes in figure.axes if any(isinstance(each, QuadMesh) for each in axes.collections)]
-    tables = [axes for axes in tables if axes.texts]
-    if not tables:
-        return
-    figure.draw_without_rendering()
-    for axes in tables:
-        left, right = axes.get_xlim()
-        cell = 0.94 * axes.get_window_extent().width / abs(right - left)
-        for text in axes.texts:
-            wide = text.get_window_extent().width
-            if wide > cell:
-                size = float(text.get_fontsize()) * cell / wide
-                text.set_fontsize(size)
-                text.set_visible(size >= _SMALLEST_IN_CELLS)

@@ -33,6 +33,8 @@ from rl_design_space.report.runs import Runs
 _BINS, _RESAMPLES, _HELD = 20, 200, 60_000_000
 #: Effects that are drawn as bars; choices and pairs that have a colour of their own in the stacks.
 _BARS, _CHOICES, _PAIRS = 12, 6, 3
+#: Inches: height of the stacks below the bars, with their legend.
+_STACKS = 5.0
 _REST = "all other interactions"
 BY_TRIAL = "_by_trial"
 #: Of the frame with what is not in a CSV file.
@@ -186,19 +188,22 @@ def _draw(frames: Frames, look: Importance) -> Figure:
     shown = frames[MAIN].head(_BARS)
     height = max(3.6, 0.34 * len(shown) + 1.8)
     both = BY_TRIAL in frames
-    figure, axes = plt.subplots(
-        1, 1 + both, figsize=(11.5 if both else 6.5, height), layout="constrained", squeeze=False
-    )
-    _bars(axes[0, 0], shown)
+    if both and look.is_narrow:
+        figure, axes = plt.subplots(2, 1, figsize=(6.5, height + _STACKS), layout="constrained", squeeze=False)
+    else:
+        figure, axes = plt.subplots(
+            1, 1 + both, figsize=(11.5 if both else 6.5, height), layout="constrained", squeeze=False
+        )
+    _bars(axes[0, 0], shown, look)
     if both:
-        _stacks(axes[0, 1], frames[BY_TRIAL], list(frames[MAIN]["effect"]), look)
+        _stacks(axes[-1, -1], frames[BY_TRIAL], list(frames[MAIN]["effect"]), look)
     variance = _about(frames, "variance")
     title = f"{look.heading}: {_NOISE}" if _is_noise(variance) else look.heading
     figure.suptitle(title, fontsize=11)
     return figure
 
 
-def _bars(axis: Axes, shown: pd.DataFrame) -> None:
+def _bars(axis: Axes, shown: pd.DataFrame, look: Importance) -> None:
     y = np.arange(len(shown))[::-1]
     with_total = shown["total"].notna()
     axis.barh(y[with_total], shown["total"][with_total], height=0.72, color="#bcd3e6", label="with all interactions")
@@ -216,7 +221,8 @@ def _bars(axis: Axes, shown: pd.DataFrame) -> None:
     axis.set_yticks(y, shown["effect"])
     axis.xaxis.set_major_formatter(lambda share, _: f"{share:.0%}")
     axis.set_xlabel("share of the variance between designs, with 95 % intervals")
-    axis.legend(frameon=False, fontsize=8, loc="lower right")
+    above: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "ncols": 2}
+    axis.legend(frameon=False, fontsize=8, **(above if look.is_narrow else {"loc": "lower right"}))
     style.tidy(axis)
 
 
@@ -247,9 +253,9 @@ def _stacks(axis: Axes, by_trial: pd.DataFrame, ordered: Sequence[str], look: Im
     axis.set_xlabel("trial")
     axis.set_ylabel(f"share of the variance, {scale} of these trials")
     handles, names = axis.get_legend_handles_labels()
-    axis.legend(
-        handles[::-1], names[::-1], frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1)
-    )  # fmt: skip
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1)}
+    lower: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}
+    axis.legend(handles[::-1], names[::-1], frameon=False, fontsize=8, **(lower if look.is_narrow else place))
 
 
 def _about(frames: Frames, what: str) -> Mapping[Any, Any]:

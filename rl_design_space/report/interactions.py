@@ -38,6 +38,8 @@ _LETTER, _TICKS = 0.05, 0.8
 #: Most letters of a line of such a name.
 _LONGEST = 36
 _ABOUT = "_about"
+#: Letters: of a legend across its axis, in a picture of its own size and in a narrow one; of the sign before a name.
+_ACROSS, _HANDLE = {False: 110, True: 60}, 8
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -227,7 +229,7 @@ def _names(factor: Factor, levels: Sequence[Level]) -> list[str]:
 @style.styled()
 def _draw(frame: pd.DataFrame, look: Interactions) -> Figure:
     pairs = list(frame.groupby("pair", sort=False))
-    columns = min(2, len(pairs))
+    columns = 1 if look.is_narrow else min(2, len(pairs))
     rows = -(-len(pairs) // columns)
     longest = max(len(line) for _, pair in pairs for tick in _ticks(pair, look)[1] for line in tick.split("\n"))
     higher = max(longest * _LETTER - _TICKS, 0)
@@ -265,7 +267,13 @@ def _panel(axis: Axes, pair: pd.DataFrame, look: Interactions) -> None:
         right.yaxis.set_major_formatter(lambda y, _: f"×{np.exp(y):.2g}")
     style.tidy(axis)
     axis.spines["right"].set_visible(_is_log(scale))
-    axis.legend(frameon=False, fontsize=7.5, loc="best")
+    # Above the axis, because curves of interactions cross and leave no corner empty.
+    names = [str(each) for each in axis.get_legend_handles_labels()[1]]
+    across = max(1, _ACROSS[look.is_narrow] // (max(map(len, names)) + _HANDLE))
+    axis.legend(
+        frameon=False, fontsize=7.5, loc="lower left", bbox_to_anchor=(0, 1), ncols=min(across, len(names)),
+        borderaxespad=0.2,
+    )  # fmt: skip
 
 
 def _ticks(pair: pd.DataFrame, look: Interactions) -> tuple[str, list[str]]:

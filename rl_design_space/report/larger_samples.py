@@ -11,7 +11,7 @@ from rl_design_space.report.runs import Runs
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 
 def larger_samples(name: str, study: Study, reader: Reader) -> tuple[Runs, str]:
@@ -27,10 +27,10 @@ def larger_samples(name: str, study: Study, reader: Reader) -> tuple[Runs, str]:
     Raises:
         ConfigError: there is no such study.
     """
-    with shipped_config():
-        try:
-            larger = load_study(name, study.overrides)
-        except ConfigError:
+    try:
+        larger = study.another(name)
+    except ConfigError:
+        with shipped_config():
             load_study(name, ())
-            return Runs([], reader), ""
+        return Runs([], reader), ""
     return Runs.of_study(larger, reader), larger.command

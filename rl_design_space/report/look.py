@@ -26,6 +26,8 @@ FORMATS = PNG, SVG, PDF, LATEX = "png", "svg", "pdf", "latex"
 LINEAR, LOG, RATIO = "linear", "log", "ratio"
 #: Even in lightness from end to end, so that it can be read in grey and by colour-blind readers.
 COLOURS = "cividis_r"
+#: Inches: width below which panels are one above the other.
+_NARROW = 5.0
 #: Sides of a picture in inches, and sizes of text in points.
 _SIDES, _SIZES = (1.0, 50.0), (3.0, 40.0)
 
@@ -150,6 +152,11 @@ class Look:
     def table_words(self) -> Words:
         """How names and values read in tables for LaTeX, in which a number is never a name."""
         return Words({name: text for name, text in {**own_labels(), **self.labels}.items() if not name.isdigit()})
+
+    @property
+    def is_narrow(self) -> bool:
+        """Whether panels are one above the other, because the picture is too narrow for two side by side."""
+        return self.width is not None and self.width < _NARROW
 
     @property
     def cells_map(self) -> str:

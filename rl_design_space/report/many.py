@@ -9,6 +9,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field
 
 from rl_design_space.errors import ConfigError
+from rl_design_space.report.parameters import text
 
 #: Lines or rows by values of their parameters, as on the command line.
 Named = Annotated[
@@ -28,19 +29,27 @@ _LONG, _LINE = 60, 90
 def apart(names: Sequence[str]) -> tuple[list[str], str]:
     """Return names for a picture, in lines, and what all of them have in common if some are long.
 
+    Parameters that a name has not, `exploration.k=–`, are left out as long as no two names become the same.
+
     Args:
         names: values of parameters, as on the command line.
 
     Returns:
-        The names without their common parts, and a note that lists these; no note, and whole names, if all are short.
+        The names without their common parts, and a note that lists these; no note, and all parts, if all are short.
     """
+    names = _without_missing(names)
     if max(map(len, names), default=0) <= _LONG:
-        return list(names), ""
+        return names, ""
     parts = [name.split() for name in names]
     common = [part for part in parts[0] if len(parts) > 1 and all(part in other for other in parts)]
     shorter = [" ".join(part for part in each if part not in common) for each in parts]
     note = f"In common: {' '.join(common)}" if common else ""
     return [textwrap.fill(name, _LINE) for name in shorter], note
+
+
+def _without_missing(names: Sequence[str]) -> list[str]:
+    shorter = [" ".join(part for part in name.split(" ") if not part.endswith(f"={text(None)}")) for name in names]
+    return shorter if len(set(shorter)) == len(set(names)) and all(shorter) else list(names)
 
 
 def named(names: Iterable[str], wanted: Sequence[str]) -> list[str]:
@@ -56,3 +65,17 @@ def named(names: Iterable[str], wanted: Sequence[str]) -> list[str]:
             raise ConfigError.at("named", each, "nothing that is shown has these values; the CSV file lists what is")
         found += having
     return list(dict.fromkeys(found))
+
+
+def without_effect(wanted: Sequence[str], number: int, most: int, what: str) -> list[str]:
+    """Return a note if names were asked for where all are shown anyway.
+
+    Args:
+        wanted: names that were asked for.
+        number: of lines or rows.
+        most: number of them up to which all are shown.
+        what: word for one of them.
+    """
+    if not wanted or number > most:
+        return []
+    return [f"named={', '.join(wanted)} changes nothing: all {number} {what}s are shown by name."]

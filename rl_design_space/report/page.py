@@ -27,15 +27,13 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._strict import STRICT
 from rl_design_space._version import __version__
 from rl_design_space.config import user_config
-from rl_design_space.config.compose import shipped_config
 from rl_design_space.learning.cores import available_threads
-from rl_design_space.plan.planner import Planner
-from rl_design_space.plan.study import Study, load_study
+from rl_design_space.plan.study import Study
 from rl_design_space.report.page_claims import PageClaim, page_claims
 from rl_design_space.report.written import MainNumbers, Written, numbers_of
 
 if TYPE_CHECKING:
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 _TEMPLATE = "page.html.jinja"
 #: The page to explore runs, if it was written into the same folder, and the command that writes it.
@@ -93,10 +91,7 @@ class Page:
         paths: list[Path] = []
         sections = []
         numbers: tuple[MainNumbers, ...] = ()
-        planned = {each.name: each for each in study.included}
-        with shipped_config():
-            planner = Planner()
-            parts = [planned.get(name) or load_study(name, study.overrides, planner) for name in self.sections]
+        parts = [study.another(name) for name in self.sections]
         for part, written in zip(parts, _write_all(parts, reader, folder, self.look), strict=True):
             paths += written
             if part.name == self.verdicts:
@@ -168,7 +163,7 @@ def _write_all(
         # Those that take longest first, so that none of them is left at the end: what needs no points is computed.
         order = sorted(range(len(parts)), key=lambda index: -(len(parts[index].plan) or math.inf))
         writing = {
-            index: pool.submit(_write, replace(parts[index], included=()), reader, folder, dict(look))
+            index: pool.submit(_write, replace(parts[index], included=(), planner=None), reader, folder, dict(look))
             for index in order
         }
         return [writing[index].result() for index in range(len(parts))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,6 +11,8 @@ import pandas as pd
 
 from rl_design_space._visible import visible
 from rl_design_space.analysis.pooling import Repetition
+from rl_design_space.config import unlisted
+from rl_design_space.config.overrides import OPTION_GROUPS
 from rl_design_space.learning.measures import SCALARS
 from rl_design_space.learning.stage_record import is_scalar_name
 from rl_design_space.plan.differences import differing
@@ -156,6 +158,41 @@ def points_of_frame(frame: pd.DataFrame, *, every: bool = True) -> list[Point]:
         parameters = {name: value for name, value in there.items() if name not in ABOUT}
         points.append(Point(parameters, run, any_periods=not every))
     return points if every else largest(points)
+
+
+def with_defaults(points: Sequence[Point], asked: Sequence[str] = ()) -> list[Point]:
+    """Return points with the defaults that their parameters leave out, of names that others list or that are asked for.
+
+    Args:
+        points: the points.
+        asked: texts in which names may stand, such as the arguments of a command.
+    """
+    names = unlisted.named_defaults((point.parameters for point in points), asked)
+    if not names:
+        return list(points)
+    found = []
+    for point in points:
+        left_out = {name: comparable(value) for name, value in unlisted.left_out(point.parameters, names).items()}
+        found.append(point.with_parameters({**point.parameters, **left_out}) if left_out else point)
+    return found
+
+
+def frame_with_defaults(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a frame of runs with the defaults that some leave out and others list."""
+    options = [name for name in frame if name in OPTION_GROUPS]
+    listed = dict.fromkeys(frame.columns)
+    chosen: list[Any] = frame[options].drop_duplicates().to_dict("records")
+    candidates = unlisted.named_defaults([listed, *chosen])
+    found = frame.copy(deep=False)
+    for name in candidates:
+        choices = [each for each in (name.partition(".")[0], f"{name.partition('.')[0]}.source") if each in frame]
+        rows = frame.loc[frame[name].isna(), choices].to_dict("records")
+        there = [{str(key): value for key, value in row.items() if not pd.isna(value)} for row in rows]
+        values = [unlisted.left_out(row, [name]).get(name) for row in there]
+        filled = frame[name].astype(object)
+        filled[frame[name].isna()] = [None if value is None else comparable(value) for value in values]
+        found[name] = filled.infer_objects()
+    return found
 
 
 def _shown(value: Any) -> Any:

@@ -32,8 +32,6 @@ _LEVELS, _LISTED = 120, (1.5, 2, 3, 5, 10)
 IMPROVEMENT = "_improvement"
 #: Inches: height of a line of the legend.
 _LINE = 0.16
-#: Inches: width below which the panels are one above the other.
-_NARROW = 5.0
 _ABOUT = "_about"
 
 
@@ -158,7 +156,7 @@ def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, look: Profile) -> Figure:
     labels, common = apart([str(name) for name, _ in lines])
     more = sum(name.count("\n") for name in labels) + 2 * bool(common)
     height = 4.8 + 0.1 * len(lines) + _LINE * more
-    if both and look.width and look.width < _NARROW:
+    if both and look.is_narrow:
         figure, found = plt.subplots(2, 1, figsize=(7.5, height + 4.5), layout="constrained", height_ratios=(1.2, 1))
     else:
         figure, found = plt.subplots(

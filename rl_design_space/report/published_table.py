@@ -35,7 +35,7 @@ from rl_design_space.report.written import Written
 
 if TYPE_CHECKING:
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 Axis = Annotated[dict[str, str], Field(min_length=1, max_length=1)]
 _WHOLE = ",.0f"

@@ -32,6 +32,7 @@ from rl_design_space.report.points import (
     other_samples,
     points_of_frame,
     repetition,
+    with_defaults,
 )
 from rl_design_space.report.watching import Watch, unwatched
 from rl_design_space.run.enough import enough_text
@@ -39,7 +40,7 @@ from rl_design_space.run.enough import enough_text
 if TYPE_CHECKING:
     from rl_design_space.design import DesignPoint
     from rl_design_space.plan.study import Study
-    from rl_design_space.tracking.read import Reader
+    from rl_design_space.tracking.reader import Reader
 
 #: Numbers of periods that are listed; of more, the first and the last.
 _LISTED = 4
@@ -85,6 +86,7 @@ class Runs(ChosenPoints):
         planned_points = [Point.planned_with(planned, runs.get(planned.fingerprint)) for planned in study.plan]
         parameters = with_absent([point.parameters for point in planned_points])
         points = [point.with_parameters(each) for point, each in zip(planned_points, parameters, strict=True)]
+        points = with_defaults(points)
         made_by, remarks = f"Made by {code(study.report_command)}, which needs no runs.", []
         if points:
             periods = _joined({point.parameters[PERIODS] for point in points})
@@ -113,6 +115,7 @@ class Runs(ChosenPoints):
         *,
         every: bool = False,
         listed: Mapping[str, Iterable[Any]] = MappingProxyType({}),
+        asked: Sequence[str] = (),
     ) -> Runs:
         """Return runs that were found in the store.
 
@@ -125,13 +128,14 @@ class Runs(ChosenPoints):
             remarks: paragraphs, such as which runs were left out.
             every: whether all runs of such a point count.
             listed: values of each parameter in the order of the study that they are of.
+            asked: texts in which names of parameters may stand that all runs leave out.
 
         Raises:
             ConfigError: there is no run.
         """
         if frame.empty:
             raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
-        points = points_of_frame(frame, every=every)
+        points = with_defaults(points_of_frame(frame, every=every), asked)
         if fewer := frame["fingerprint"].nunique() - len(points):
             remarks = [*remarks, f"Left out: {fewer} runs with fewer periods of the same points."]
         periods = _joined({point.parameters[PERIODS] for point in points})
@@ -157,8 +161,10 @@ class Runs(ChosenPoints):
         runs = copy(self)
         parameters = with_absent([point.parameters for point in (*self.points, *larger.points)])
         of_larger = zip(larger.points, parameters[len(self.points) :], strict=True)
-        more = other_samples([point.with_parameters(each) for point, each in of_larger], self.points)
-        runs.points = [*self.points, *more]
+        points = with_defaults([*self.points, *(point.with_parameters(each) for point, each in of_larger)])
+        before, after = points[: len(self.points)], points[len(self.points) :]
+        more = other_samples(after, before)
+        runs.points = [*before, *more]
         if recorded := sum(point.run is not None for point in more):
             runs._made_by = f"{self._made_by} Larger samples of {recorded} points are from runs of {code(command)}."
         runs.remarks = [*self.remarks, *(larger.remarks if recorded < len(more) else [])]

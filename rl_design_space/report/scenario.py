@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
@@ -94,14 +95,14 @@ def _draw(
     figure, (grid, text) = plt.subplots(1, 2, figsize=(8, 4.6), layout="constrained", width_ratios=(3, 2))
     _draw_grid(grid, size)
     column, row = agent
-    grid.plot(column, row, marker="o", markersize=26, color=BLUE, zorder=3)
+    grid.add_patch(Circle((column, row), 0.42, color=BLUE, zorder=3))
     grid.annotate("agent", (column, row), ha="center", va="center", color="white", fontsize=7, zorder=4)
     tip = {"arrowstyle": "-|>", "color": BLUE, "linewidth": 1.5}
     for x, y in MOVES:
         head, tail = (column + 0.85 * x, row + 0.85 * y), (column + 0.3 * x, row + 0.3 * y)
         grid.annotate("", head, tail, arrowprops=tip)
     for number, (x, y) in enumerate(goals, 1):
-        grid.plot(x, y, marker="s", markersize=22, color=ORANGE, zorder=3)
+        grid.add_patch(Rectangle((x - 0.36, y - 0.36), 0.72, 0.72, color=ORANGE, zorder=3))
         grid.annotate(f"g{number}", (x, y), ha="center", va="center", fontweight="bold", zorder=4)
     text.axis("off")
     for line, each in enumerate(seen.to_dict("records")):

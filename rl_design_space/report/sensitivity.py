@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import matplotlib.pyplot as plt
@@ -23,14 +24,19 @@ from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.bounds import BOUNDS, NOTE, is_bound, shown, shown_interval, without_exact
 from rl_design_space.report.fitting import make_room
 from rl_design_space.report.look import LINEAR, LOG, RATIO
-from rl_design_space.report.many import HALF, MOST, Named, Top, apart, named
+from rl_design_space.report.many import HALF, MOST, Named, Top, apart, named, without_effect
 from rl_design_space.report.markdown import table
+from rl_design_space.report.not_shown import NOT_SHOWN, not_shown
 from rl_design_space.report.parameters import label, text
+from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.written import MainNumbers
 
 #: Lines that all have a colour and a name of their own; of more, the range is drawn, their median, and few by name.
 _NAMED, _FEW = 8, 3
 _EVERYTHING = "all runs"
+#: Name of the frame of sentences on runs that are not shown; it is no file.
+_NOT_SHOWN = "_not_shown"
 #: Least distance of labels on a logarithmic axis, as a share of the axis.
 _GAP = 0.07
 
@@ -41,7 +47,8 @@ class Sensitivity(Report):
 
     Of more than eight lines, the picture shows the range, the median and a few lines by name. They are relative, each
     to the geometric mean of its values where all lines have one, unless a scale is chosen: otherwise the range would
-    be that of the levels of lines, not of what the parameter does.
+    be that of the levels of lines, not of what the parameter does. A line has a gap at a value without a run; runs that
+    are equal to no other in everything else are not shown, which the report says.
 
     Attributes:
         parameter: along the axis.
@@ -71,19 +78,34 @@ class Sensitivity(Report):
         points = [point for point in runs.recorded if point.parameters.get(self.parameter) is not None]
         runs.check([self.parameter])
         others = differing([point.choices for point in points], beside=(self.parameter,))
-        rows = []
+        rows: list[dict[str, Any]] = []
+        shown: list[Point] = []
+        alone: list[Point] = []
         for key, line in runs.grouped(others, points).items():
             values = runs.grouped([self.parameter], line)
+            (shown if len(values) > 1 else alone).extend(line)
             for (value,), here in values.items() if len(values) > 1 else ():
                 estimate = runs.estimate(here, self.value)
                 name = label(others, key) or _EVERYTHING
                 rows.append({"line": name, self.parameter: value, **estimate._asdict(), "runs": len(here)})
+        notes = list(not_shown(self.parameter, others, alone, shown))
         if not rows:
-            raise ConfigError(f"{self.parameter}: no two of these runs differ in it and are equal in everything else")
-        return {MAIN: without_exact(pd.DataFrame(rows))}
+            why = "".join(f"; {note.removeprefix(f'{NOT_SHOWN} ').rstrip('.')}" for note in notes[:1])
+            raise ConfigError(
+                f"{self.parameter}: no two of these runs differ in it and are equal in everything else{why}"
+            )
+        return {MAIN: without_exact(pd.DataFrame(rows)), _NOT_SHOWN: pd.DataFrame({"note": notes})}
+
+    def csv(self, frames: Frames) -> Frames:
+        return {MAIN: frames[MAIN]}
+
+    def main_numbers(self, frames: Frames) -> MainNumbers:
+        """Return the table of the lines, below what it does not show."""
+        unused = without_effect(self.named, frames[MAIN]["line"].nunique(), min(_NAMED, self.top), "line")
+        return replace(super().main_numbers(frames), lines=(*unused, *map(self.words, _notes(frames))))
 
     def draw(self, frames: Frames) -> Figure:
-        return _draw(frames[MAIN], self)
+        return _draw(frames[MAIN], self, _notes(frames))
 
     def text(self, frames: Frames) -> list[str]:
         """Return least and largest value of each line, and their ratio."""
@@ -104,6 +126,7 @@ class Sensitivity(Report):
         return [
             *([_left_out(len(listed), len(lines), len(wanted))] if many else []),
             table(pd.DataFrame(rows, columns=header)),
+            *_notes(frames),
             "In brackets: 95 % bootstrap intervals over periods.",
             *([f"{NOTE} {NO_RATIO.capitalize()}."] if BOUNDS in frames[MAIN] else []),
         ]
@@ -118,6 +141,11 @@ class Sensitivity(Report):
         if self.scale == RATIO and not positive:
             raise ConfigError.at("scale", RATIO, f"needs numbers above 0; the least is {frame['value'].min():g}")
         return self.scale == RATIO or (not self.scale and positive and frame["line"].nunique() > _NAMED)
+
+
+def _notes(frames: Frames) -> list[str]:
+    """Return sentences on runs that are not shown."""
+    return list(frames[_NOT_SHOWN]["note"]) if _NOT_SHOWN in frames else []
 
 
 def _left_out(listed: int, lines: int, wanted: int) -> str:
@@ -146,7 +174,7 @@ def _most_dependent(frame: pd.DataFrame) -> list[str]:
 
 
 @style.styled()
-def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
+def _draw(frame: pd.DataFrame, look: Sensitivity, notes: Sequence[str] = ()) -> Figure:
     names = list(frame["line"].unique())
     few = len(names) <= _NAMED
     values = frame[look.parameter].unique().tolist()
@@ -162,9 +190,10 @@ def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
     shown = names if few else wanted or _most_dependent(frame)[:_FEW]
     others = [] if few else _draw_range(axis, drawn)
     lines = []
+    places = list(frame["x"].unique())
     legends, common = apart(shown)
     for place, (name, legend, colour) in enumerate(zip(shown, legends, look.colours(len(shown)), strict=True)):
-        line = drawn[drawn["line"] == name]
+        line = _with_gaps(drawn[drawn["line"] == name], places)
         lines.append(
             axis.errorbar(
                 line["x"], line["value"], yerr=style.beyond(line["low"], line["value"], line["high"]),
@@ -185,11 +214,17 @@ def _draw(frame: pd.DataFrame, look: Sensitivity) -> Figure:
     style.tidy(axis)
     if names != [_EVERYTHING]:
         style.legend_beside(axis, [*others, *lines])
-    if common:
-        figure.supxlabel(common, fontsize=7.5)
-    if not few or common:
+    if below := "\n".join([*([common] if common else []), *notes]):
+        figure.supxlabel(below, fontsize=7.5)
+    if not few or below:
         make_room(figure)
     return figure
+
+
+def _with_gaps(line: pd.DataFrame, places: Sequence[float]) -> pd.DataFrame:
+    """Return a line with a gap at each place of the axis where it has no value."""
+    missing = sorted(set(places) - set(line["x"]))
+    return line.merge(pd.DataFrame({"x": missing}), how="outer", on="x").sort_values("x") if missing else line
 
 
 def _draw_range(axis: Axes, frame: pd.DataFrame) -> list[Any]:

@@ -126,6 +126,13 @@ def legend_beside(axis: Axes, handles: Sequence[Any] | None = None) -> None:
     axis.legend(handles=handles, frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1))
 
 
+def share_limits(axes: Sequence[Axes]) -> None:
+    """Give axes one above the other the same limits, which those side by side share."""
+    limits = [axis.get_ylim() for axis in axes]
+    for axis in axes:
+        axis.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+
+
 def number(value: float, form: str = "") -> str:
     """Return a measured number as text; one that is rounded to zero has no sign.
 

@@ -10,7 +10,7 @@ from math import isnan
 from typing import Literal, Protocol
 
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.cost import expected_steps
+from rl_design_space.plan.cost import expected_work
 from rl_design_space.plan.plan import Plan, PlannedPoint
 from rl_design_space.run.executor import Executor
 from rl_design_space.run.local_executor import LocalExecutor
@@ -72,9 +72,9 @@ class Missing:
     begun: Mapping[str, Beginning] = field(default_factory=dict)
 
     def steps_left(self, planned: PlannedPoint) -> float:
-        """Return the approximate number of steps that a point still needs."""
+        """Return the approximate number of steps of Q-learning that would take as long as a point still needs."""
         beginning = self.begun.get(planned.fingerprint)
-        return expected_steps(planned.point, beginning.periods if beginning else planned.periods_begun)
+        return expected_work(planned.point, beginning.periods if beginning else planned.periods_begun)
 
 
 def missing(plan: Plan, tracker: Tracker) -> Missing:

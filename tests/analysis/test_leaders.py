@@ -7,6 +7,7 @@ import pytest
 
 from rl_design_space.analysis.best import best_means
 from rl_design_space.analysis.leaders import behind_leaders, leading
+from rl_design_space.analysis.pairs import groups
 
 
 def test_the_leaders_of_a_period_are_chosen_by_those_before_it():
@@ -53,3 +54,12 @@ def test_the_final_set_is_without_designs_that_stopped_behind_the_leaders():
     found = best_means(each).inside
     assert not found[stopped].any()
     assert found[:20].sum() >= 19
+
+
+def test_designs_are_grouped_by_the_periods_that_they_have():
+    has = np.random.default_rng(3).random((19, 40)) < 0.5
+    has[:, 20:] = has[:, [0]]
+    patterns, group = groups(has)
+    expected, of_each = np.unique(has, axis=1, return_inverse=True)
+    np.testing.assert_array_equal(patterns, expected.T)
+    np.testing.assert_array_equal(group, of_each)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rl_design_space.analysis.quality import quality, resampled_medians
+from rl_design_space.analysis.quality import quality
 from tests.analysis.made_up import MadeUp
 
 
@@ -17,13 +17,6 @@ def test_the_best_schedule_is_selected():
     assert found.over_optimum.value == pytest.approx(1.2)
     assert found.never_near.value == 1
     assert found.exploration == pytest.approx((3.0, 3.0, 3.0))
-
-
-@pytest.mark.parametrize("rows", [1, 2, 9, 256])
-def test_medians_of_resamples_are_those_of_what_was_drawn(rows: int):
-    rng = np.random.default_rng(rows)
-    values, drawn = rng.integers(40, size=(rows, 5)), rng.integers(rows, size=(30, rows))
-    np.testing.assert_array_equal(resampled_medians(values, drawn), [np.median(values[r], axis=0) for r in drawn])
 
 
 def test_an_uncertain_selection_widens_the_interval():

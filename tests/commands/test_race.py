@@ -17,6 +17,7 @@ from rl_design_space.commands.race import race_looks
 from rl_design_space.commands.race_output import show_plan
 from rl_design_space.commands.race_run import Race
 from rl_design_space.commands.sweep_output import Recorded
+from rl_design_space.commands.sweep_result import more_lines
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.plan.plan import Plan
@@ -136,6 +137,9 @@ def test_the_largest_value_can_be_the_best_one(plan: Plan, settings: Settings):
         (["seed=0"], {}, {"first": 2}, "hydra.sweeper.first=2: should be a whole number of periods, 5 or more"),
         (["seed=0"], {}, {"growth": 1}, "hydra.sweeper.growth=1: should be a factor above 1, 10 at most"),
         (["seed=0"], {}, {"confidence": "95 %"}, "hydra.sweeper.confidence=95 %: should be a probability"),
+        (["task.trials=6"], {"objective": "steps_after=6"}, {}, "objective: steps_after=6: there are 6 trials; should"),
+        (["task.trials=6"], {"objective": "solved,stage=2"}, {}, "objective: stage=2: should be from 1 to 1"),
+        (["seed=0"], {"objective": "trials_to_optimum"}, {}, "objective=trials_to_optimum: a race compares means"),
     ],
 )
 def test_what_cannot_be_raced_is_refused(overrides, changed, rules, message: str, settings: Settings):
@@ -156,8 +160,25 @@ def test_with_no_more_periods_than_the_first_look_all_points_get_them(
     said = "race: task.periods=10 is not above hydra.sweeper.first, so none of 6 designs stopped early;"
     assert taken.startswith(said)
     assert "go on" not in capsys.readouterr().out
-    show_plan(few, few, [look], settings, [Recorded(), Recorded()])
-    assert "compared after 10 periods; none stops early, as task.periods is not above" in capsys.readouterr().out
+    show_plan(few, few, [look], settings, [Recorded(changed={"representation=mine": 6}), Recorded()])
+    shown = capsys.readouterr().out
+    assert "compared after 10 periods; none stops early, as task.periods is not above" in shown
+    assert "- 6 run again, because their runs have other code of representation=mine" in shown
+
+
+def test_an_objective_of_a_stage_is_raced_where_all_points_have_it(settings: Settings):
+    staged = planned_point([*SMALL, "curriculum=new_goals", "curriculum.layouts=2"])
+    chosen = replace(settings, objective="steps_after=8,stage=2")
+    with pytest.raises(ConfigError, match="objective: steps_after=8: there are 6 trials"):
+        race_looks(Plan([staged]), chosen, Launcher(), RULES)
+    assert race_looks(Plan([staged]), replace(settings, objective="steps_after=3,stage=2"), Launcher(), RULES)
+
+
+def test_commands_for_more_have_the_objective(plan: Plan):
+    best, importance = more_lines(plan, ["outputs=x"], "steps_after=3")
+    assert best == "more: rl-design-report best --study=mine --value steps_after=3 outputs=x"
+    assert importance == "more: rl-design-report importance --study=mine --scale steps_after=3 outputs=x"
+    assert more_lines(plan, [])[0] == "more: rl-design-report best --study=mine"
 
 
 @pytest.mark.parametrize("objective", ["total_steps,statistic=median", "trials_to_optimum", "total_steps_sem"])

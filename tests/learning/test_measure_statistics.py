@@ -32,6 +32,17 @@ def test_the_median_is_found_far_from_the_middle_of_the_periods_as_well():
     assert MEDIAN.of(values, weights).tolist() == [5, 1995, (3 + 1000) / 2]
 
 
+@pytest.mark.parametrize("periods", [9, 40, 300])
+def test_the_median_of_periods_some_of_which_seldom_have_weight(periods: int):
+    values = np.round(RNG.lognormal(1, 1, size=(2 * periods, 4)) * np.repeat([[1.0], [5.0]], periods, axis=0))
+    counts = RNG.multinomial(periods, np.full(periods, 1 / periods), size=30)
+    which = RNG.random((30, 1)) < 0.1
+    counts = 5 * np.concatenate([np.where(which, 0, counts), np.where(which, counts, 0)], axis=1)
+    counts[:, 0] += 1  # so that weights are multiples of a fifth of one period's
+    expected = [np.median(np.repeat(values, each, axis=0), axis=0) for each in counts]
+    assert np.array_equal(MEDIAN.of(values, counts / counts.sum(axis=1, keepdims=True)), expected)
+
+
 def test_slices_are_means_of_the_periods_inside():
     values = RNG.permutation(np.arange(200.0))
     assert MEAN.of(values, equal(200))[0] == pytest.approx(99.5)

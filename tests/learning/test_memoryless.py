@@ -22,6 +22,7 @@ from rl_design_space.design import (
     Torus,
     Walled,
 )
+from rl_design_space.learning import memoryless
 from rl_design_space.learning.layouts import layouts_of
 from rl_design_space.learning.memoryless import best_memoryless, memoryless_steps
 from rl_design_space.learning.optimum import shortest_tours
@@ -110,3 +111,14 @@ def test_actions_that_see_lead_to_the_optimum_on_directions(until: str):
     # Directions show one axis at a time, and each controller leads along one.
     alone = replace(point, msa=Controllers(primitives=False, sub_goal="stop"))
     np.testing.assert_array_equal(memoryless_steps(alone, layouts), optimum)
+
+
+def test_policies_of_fewer_actions_spare_the_search(monkeypatch: pytest.MonkeyPatch):
+    point = DesignPoint(world=Torus(size=6), representation=Direction(), task=Task(goals=2, periods=30))
+    longer, layouts = replace(point, msa=MultiStepActions(lengths=(2, 3))), layouts_of(point)
+    primitive, searched = memoryless_steps(point, layouts), memoryless_steps(longer, layouts)
+    primitive[::10] += 1  # as if the optimum needed other actions there
+    found, original = [], memoryless.best_memoryless
+    monkeypatch.setattr(memoryless, "best_memoryless", lambda *given: found.append(given) or original(*given))
+    np.testing.assert_array_equal(memoryless_steps(longer, layouts, primitive), searched)
+    assert len(found) == 3

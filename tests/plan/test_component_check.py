@@ -14,6 +14,8 @@ from rl_design_space.design import (
     Direction,
     GoalReward,
     MultiStepActions,
+    OwnLearner,
+    SuccessDriven,
     Task,
     Torus,
     Walled,
@@ -259,3 +261,50 @@ def test_a_ring_with_a_single_direction_can_be_learned():
     ComponentCheck()(given)
     curves = simulate(given, threads=1)
     np.testing.assert_array_equal(curves.steps, np.broadcast_to(curves.optimum[:, np.newaxis], curves.steps.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unfit(OwnLearner):
+    """A learner that cannot be compiled."""
+
+    @staticmethod
+    def update(step, q, memory, parameters):
+        return {"no": object()}[step]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bound(OwnLearner):
+    """A learner whose update is a method."""
+
+    def update(self, step, q, memory, parameters):
+        return 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Short(SuccessDriven):
+    """A closed loop whose rule takes too few arguments."""
+
+    @staticmethod
+    def rule(counters):
+        return 0.5
+
+
+@pytest.mark.parametrize(
+    ("choices", "message"),
+    [
+        ({"learner": Unfit()}, r"learner: .*Unfit.update\(\): cannot be compiled by Numba: "),
+        (
+            {"learner": Bound()},
+            r"learner: .*Bound.update\(\): takes \(self, step, q, memory, parameters\); should be a static method of "
+            r"\(step, q, memory, parameters\)",
+        ),
+        (
+            {"exploration": Short()},
+            r"exploration: .*Short.rule\(\): takes \(counters\); should be a static method of \(counters, parameters\)",
+        ),
+    ],
+    ids=["compiled", "bound", "short"],
+)
+def test_functions_that_learning_compiles_are_compiled_when_they_are_planned(choices: dict, message: str):
+    with pytest.raises(ConfigError, match=message):
+        ComponentCheck()(point(**choices))

@@ -288,6 +288,14 @@ def test_a_study_that_several_include_is_planned_once(planner: Planner, monkeypa
     assert {each.name for each in paper.included} >= {"table4", "claims", "readings"}
 
 
+def test_a_study_plans_another_with_its_overrides(planner: Planner, monkeypatch: pytest.MonkeyPatch):
+    claims = load_study("claims", ("task.periods=5",), planner)
+    assert claims.another("table4") is claims.included[1]
+    monkeypatch.setattr(study_module, "Planner", None)  # no other planner is made
+    other = claims.another("table1")
+    assert (other.name, other.overrides) == ("table1", ("task.periods=5",))
+
+
 def test_a_study_may_include_others(planner: Planner):
     config = OmegaConf.create({"study": {"includes": ["table4", "table2"]}})
     found = plan_study("both", config, ("task.periods=5",), planner)

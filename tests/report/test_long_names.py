@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 
+import matplotlib.pyplot as plt
 import pandas as pd
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -43,6 +44,16 @@ def test_one_long_name_has_nothing_in_common_with_others():
 def best() -> Figure:
     found = {"value": 3.0, "low": 2.0, "high": 4.0, "in_best_set": True, "loss_at_most": 0.1, "periods_to_decide": 9.0}
     return Best().draw({MAIN: pd.DataFrame([{**each, **found, "probability_best": 0.2} for each in DESIGNS])})
+
+
+def test_designs_of_the_set_that_are_not_drawn_are_counted():
+    found = {"value": 3.0, "low": 2.0, "high": 4.0, "loss_at_most": 0.1, "periods_to_decide": 9.0}
+    rows = [{"k": k, **found, "in_best_set": k != 1, "probability_best": 0.0} for k in range(53)]
+    frames = {MAIN: pd.DataFrame(rows), "_about": pd.DataFrame([{"periods": 5, "note": ""}])}
+    figure = Best().draw(frames)
+    assert figure.get_suptitle().endswith("(the first 30 of 53; 23 more ★ are not drawn)")
+    plt.close(figure)
+    assert "The 3 designs after these, 3 of them ★, are in the CSV file." in Best().text(frames)[0]
 
 
 def profile(width: str | None = None) -> Figure:

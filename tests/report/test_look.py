@@ -108,6 +108,23 @@ def test_text_is_as_large_as_asked_for():
     plt.close(figure)
 
 
+@pytest.mark.parametrize(
+    ("size", "message"),
+    [
+        ((None, None, 40), "font_size=40: leaves no room for the data .*; should be less; 9 is usual"),
+        ((1, None, None), "width=1: leaves no room for the data .*; should be more; its own width is 7.5 inches"),
+        ((None, 1, None), "height=1: leaves no room for the data .*; should be more; its own height is 4 inches"),
+    ],
+)
+def test_a_size_that_leaves_no_room_for_the_data_is_refused(size: tuple[float | None, ...], message: str):
+    figure, axis = plt.subplots(figsize=(7.5, 4), layout="constrained")
+    axis.set(title="\n".join(["T"] * 5), ylabel="y", xlabel="x")
+    axis.set_yticks([0, 1], ["a long name of a design", "another long name"])
+    with pytest.raises(ConfigError, match=message):
+        fit(figure, *size)
+    plt.close(figure)
+
+
 KINDS = [getattr(report, name) for name in report.__all__ if issubclass(getattr(report, name), Report)]
 BAD = [
     ("width", "wide", "should be column (3.5) or page (7.16), or inches from 1 to 50"),
@@ -118,13 +135,15 @@ BAD = [
     ("colour_map", "viridi", "did you mean viridis?"),
     ("scale", "sqrt", "should be linear or log"),
     ("labels", "k", "should be a mapping of names to texts"),
+    ("labels.k", "", "should not be empty"),
 ]
 
 
 @pytest.mark.parametrize(("name", "value", "expected"), BAD)
 def test_nonsense_is_refused_by_its_name(name: str, value, expected: str):
+    option, _, key = name.partition(".")
     with pytest.raises(ConfigError) as raised:
-        construct(Heatmap, {"rows": "a", "cols": "b", name: value}, "study.report")
+        construct(Heatmap, {"rows": "a", "cols": "b", option: {key: value} if key else value}, "study.report")
     assert f"{name}={value}" in str(raised.value)
     assert expected in str(raised.value)
     assert "\n" not in str(raised.value)
@@ -158,6 +177,11 @@ def test_every_report_takes_every_option_on_the_command_line_and_in_yaml():
     [
         (["--width", "wide"], "--width=wide: should be column"),
         (["--labels", "k"], "--labels k: should be NAME=TEXT"),
+        (["--labels", "k="], "--labels k=: has no text; should be NAME=TEXT"),
+        (["--labels", "k=a", "--labels", "k=b"], "--labels k=a k=b: should be one text for a name"),
+        (["--where", "k=1", "l=2", "k=3"], "--where k=1 k=3: should be one, such as --where k=1,3"),
+        (["--by", "msa"], "--by reward, --by msa: should be one, such as --by reward,msa"),
+        (["--width", "3", "--width", "4"], "--width 3, --width 4: should be given once"),
         (["--labels", "there_is_no.yaml"], "there_is_no.yaml: cannot be read"),
         (["--order", "k"], "--order k: should be KEY=VALUE"),
         (["--font-size", "huge"], "--font-size=huge: should be points"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -17,7 +18,9 @@ from rl_design_space.report import Compare, Sensitivity
 from rl_design_space.report.base import MAIN
 from rl_design_space.report.fitting import fit
 from rl_design_space.report.markdown import Table
+from rl_design_space.report.not_shown import not_shown
 from rl_design_space.report.pairs import Pair, ratio_of
+from rl_design_space.report.points import Point
 
 SIZE = ("task.periods=6", "task.trials=5", "world.size=4", "exploration=linear")
 
@@ -66,6 +69,15 @@ def test_a_name_is_refused_where_few_lines_are_all_shown_too():
     figure = Sensitivity(parameter="k", named="msa=none")
     with pytest.raises(ConfigError, match="named=msa=none: nothing that is shown has these values"):
         figure.text({MAIN: lines(2)})
+
+
+def test_a_name_that_changes_nothing_is_told():
+    (note,) = Sensitivity(parameter="k", named="msa=m1").main_numbers({MAIN: lines(2)}).lines
+    assert note == "named=msa=m1 changes nothing: all 2 lines are shown by name."
+    assert Sensitivity(parameter="k", named="msa=m1", top=1).main_numbers({MAIN: lines(2)}).lines == ()
+    (note,) = Compare(a="x=1", b="x=2", named="reward=r1").main_numbers({MAIN: pairs(3)}).lines
+    assert note == "named=reward=r1 changes nothing: all 3 pairs are shown by name."
+    assert Compare(a="x=1", b="x=2", named="reward=r1", top=2).main_numbers({MAIN: pairs(3)}).lines == ()
 
 
 def test_a_few_lines_are_all_in_the_legend_by_name():
@@ -139,4 +151,29 @@ def test_an_order_that_is_asked_for_is_that_of_the_axis():
     (axis,) = drawn.axes
     assert [tick.get_text() for tick in axis.get_xticklabels()] == ["3", "1", "2"]
     assert axis.get_xscale() == "linear"
+    plt.close(drawn)
+
+
+def test_a_line_has_a_gap_at_a_value_without_a_run():
+    rows = lines(2)
+    drawn = Sensitivity(parameter="k").draw({MAIN: rows[(rows["line"] != "reward=r0 msa=m0") | (rows["k"] != 2)]})
+    gap, whole = (each.lines[0].get_ydata().astype(float) for each in drawn.axes[0].containers)
+    assert np.isnan(gap).tolist() == [False, True, False]
+    assert not np.isnan(whole).any()
+    plt.close(drawn)
+
+
+def test_runs_that_make_no_line_are_named_with_what_differs():
+    values = [("ad_hoc", None, 1), ("distance", "all", 1), ("direction", "all", 1), ("direction", "all", 2)]
+    a, *lined, lone = (Point(dict(zip(("rep", "rep.goals", "k"), each, strict=True)), None) for each in values)
+    assert list(not_shown("rep", ["rep.goals", "k"], [a, lone], lined)) == [
+        "Not shown: rep=ad_hoc (1 run), because no run with another rep has the same rep.goals.",
+        "Not shown: 1 run, from which no other run differs in rep alone.",
+    ]
+    frames = {MAIN: lines(2), "_not_shown": pd.DataFrame({"note": ["Not shown: x."]})}
+    figure = Sensitivity(parameter="k")
+    drawn = figure.draw(frames)
+    assert drawn._supxlabel.get_text() == "Not shown: x."
+    assert "Not shown: x." in figure.text(frames)
+    assert figure.main_numbers(frames).lines == ("Not shown: x.",)
     plt.close(drawn)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from rl_design_space.report import page
-from rl_design_space.tracking.read import NoRuns
+from rl_design_space.tracking.reader import NoRuns
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,7 @@ class Part:
     name: str
     plan: tuple[int, ...]
     included: tuple[Part, ...] = ()
+    planner: None = None
 
     def report(self) -> None:
         """Import what writes the report."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning import simulate
 from rl_design_space.plan.study import Study, plan_overrides
+from rl_design_space.report.points import Point, frame_with_defaults, with_defaults
 from rl_design_space.report.runs import Runs
 from tests.points import planning
 from tests.report.readers import LearningReader
@@ -31,6 +33,31 @@ def test_points_are_chosen_by_values(study: Study):
     assert len(runs.where({"world.size": [4, 5], "exploration": "linear"})) == 6
     assert len(runs.where({"msa.lengths": "[2, 3]"})) == 2
     assert runs.where({"world.size": 9}) == []
+
+
+def test_defaults_that_points_leave_out_are_values_of_those_that_have_such_a_field():
+    coarse, none = Point({"curriculum": "coarse_to_fine"}, None), Point({"curriculum": "none"}, None)
+    used = Point({"curriculum": "new_goals", "curriculum.zero_shot": 5}, None)
+    found = with_defaults([coarse, used, none])
+    assert [point.key(["curriculum.zero_shot"]) for point in found] == [(0,), (5,), (None,)]
+    assert found[0].has({"curriculum.zero_shot": 0})
+    assert with_defaults([coarse]) == [coarse]  # nobody lists it
+    (asked,) = with_defaults([coarse], ["--given", "curriculum.zero_shot=0"])
+    assert asked.parameters == {**coarse.parameters, "curriculum.zero_shot": 0}
+
+
+def test_a_frame_has_them_too():
+    rows = [
+        {"curriculum": "coarse_to_fine"},
+        {"curriculum": "new_goals", "curriculum.zero_shot": 5.0},
+        {"curriculum": "none"},
+        {"curriculum": "coarse_to_fine", "curriculum.source": "version 1"},
+    ]
+    found = frame_with_defaults(pd.DataFrame(rows))["curriculum.zero_shot"]
+    assert found.tolist()[:2] == [0, 5]
+    assert found.isna().tolist() == [False, False, True, True]
+    plain = pd.DataFrame([{"reward": "many_rewards", "seed": 1}])
+    assert frame_with_defaults(plain).equals(plain)
 
 
 def test_one_point_is_found_or_refused(study: Study):

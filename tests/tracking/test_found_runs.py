@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rl_design_space.tracking.read import FoundRuns
+from rl_design_space.tracking.reader import FoundRuns
 from rl_design_space.tracking.tracker import StoredRun
 
 

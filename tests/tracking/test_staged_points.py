@@ -129,6 +129,11 @@ def test_a_sweep_over_curricula_counts_the_points_without():
             "refine={splt: all}: splt: no such key; did you",
         ),
         ("curriculum.stages=[{},{msa.lengths: 3}]", "stage 2: msa.lengths=3: should be a list"),
+        ("curriculum.stages=[{world: {size: 10}}]", "stage 1: world={size: 10}: should be world.size: 10"),
+        ("curriculum.stages=[{task: {trials: 3}}]", "stage 1: task={trials: 3}: should be task.trials: 3"),
+        ("curriculum.stages=[{world: 3}]", "stage 1: world=3: should be the name of an option"),
+        ("curriculum.stages=[{},3]", "stage 2=3: should map keys to values, as {world.size: 5, task.trials: 20} does"),
+        ("curriculum.stages=[{refine: 3}]", "stage 1: refine=3: should be disagreeing, all, none, or a mapping such"),
         ("curriculum.stages=[{layout: old}]", "stage 1: layout=old: should be 'same', 'scaled', 'new' or 'shifted'"),
     ],
 )
@@ -136,6 +141,17 @@ def test_a_stage_that_cannot_be_used_is_refused_with_its_number(override: str, m
     with pytest.raises(ConfigError) as caught:
         planned_point([override])
     assert message in str(caught.value)
+
+
+def test_an_option_without_a_stage_is_refused(folder: Path):
+    file = folder / "curriculum" / "mine.yaml"
+    file.write_text("_target_: rl_design_space.design.Stages\nstages: []\n", encoding="utf-8")
+    expected = r"curriculum.stages=\[\]: curriculum=mine should list a stage, .* without stages, use curriculum=none"
+    for plan in (plan_point, planned_point):  # composed, and assembled
+        with user_config.used(folder), pytest.raises(ConfigError, match=expected):
+            plan(["curriculum=mine"])
+    assert planned_point(["curriculum=none", "curriculum.stages=[]"]).point == planned_point().point
+    recorded_point({**resolved_config(planned_point().point), "curriculum": yaml.safe_load(file.read_text())}, "old")
 
 
 def test_stages_are_one_value_however_they_are_written():

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Sequence
 
+from rl_design_space.commands.arguments import Parser
 from rl_design_space.commands.lookup import question
 from rl_design_space.errors import ConfigError
 
@@ -19,7 +19,7 @@ def main(arguments: Sequence[str]) -> None:
     Raises:
         ConfigError: the choice does not exist.
     """
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rl-design-space list",
         description="List all choices with their options, or one choice; of studies also the number of points.",
         epilog="examples: rl-design-space list; rl-design-space list representation; rl-design-space list study",

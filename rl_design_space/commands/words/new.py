@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import keyword
 import re
 from collections.abc import Sequence
@@ -10,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from rl_design_space._paths import CONF
+from rl_design_space.commands.arguments import Parser
 from rl_design_space.config import user_config
 from rl_design_space.errors import ConfigError
 
@@ -28,7 +28,7 @@ def main(arguments: Sequence[str]) -> None:
     Raises:
         ConfigError: the kind does not exist, the name cannot be used, or a file exists.
     """
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rl-design-space new",
         description="Write a module, an option and a test as the start of your own component; see docs/components.md.",
         epilog=f"KIND is one of {', '.join(KINDS)}. {user_config.FLAG} DIR is the config folder ({_DEFAULT_FOLDER}).",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
+
+from rl_design_space.commands.arguments import Parser
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -13,7 +14,7 @@ def main(arguments: Sequence[str]) -> None:
     Raises:
         ConfigError: no run or several runs match, or the run does not hold its periods.
     """
-    parser = argparse.ArgumentParser(prog="rl-design-space rerun", description=__doc__)
+    parser = Parser(prog="rl-design-space rerun", description=__doc__)
     parser.add_argument("run_id", help="id of a run in MLflow, or a prefix of it")
     parser.add_argument(
         "overrides",

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Sequence
 
+from rl_design_space.commands.arguments import Parser
 from rl_design_space.commands.lookup import question
 
 _ABOUT = (
@@ -20,7 +20,7 @@ def main(arguments: Sequence[str]) -> None:
     Raises:
         ConfigError: the subject does not exist.
     """
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rl-design-space show",
         description="Show an option with its parameters, a study with its points, or a key.",
         epilog="examples: rl-design-space show exploration=linear; rl-design-space show study=table4 world.size=10,15; "

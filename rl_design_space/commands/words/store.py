@@ -7,6 +7,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rl_design_space.commands.arguments import Parser
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -31,7 +33,7 @@ def main(arguments: Sequence[str]) -> None:
     Raises:
         ConfigError: there is no store or no such run, or the store cannot be compacted from this machine.
     """
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rl-design-space store",
         usage=_USAGE,
         description=__doc__,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+
+from rl_design_space.commands.arguments import Parser
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -16,7 +17,7 @@ def main(arguments: Sequence[str]) -> None:
     Raises:
         ConfigError: a store cannot be used, or the records cannot be removed once they are delivered.
     """
-    parser = argparse.ArgumentParser(prog="rl-design-space sync", description=__doc__)
+    parser = Parser(prog="rl-design-space sync", description=__doc__)
     parser.add_argument(
         "overrides",
         nargs="*",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import signal
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -10,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rl_design_space.commands.arguments import Parser
 from rl_design_space.commands.messages import tell
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def main(arguments: Sequence[str]) -> None:
     Raises:
         ConfigError: nothing is recorded, the store cannot be used, or the port is in use.
     """
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rl-design-space ui",
         description="Open MLflow's UI on the recorded runs: all design points, all sweeps, and a view per study.",
         epilog="example: rl-design-space ui study=table4 outputs=outputs/quick --port 5001",

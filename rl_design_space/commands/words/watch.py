@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rl_design_space.commands.arguments import Parser
 from rl_design_space.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def main(arguments: Sequence[str]) -> None:
     Raises:
         ConfigError: there is no such run, period or trial, or an override is not understood.
     """
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rl-design-space watch",
         description="Learn a period again and draw it into outputs/report: PNG, SVG, and an animation over its trials.",
         epilog=_EPILOG,

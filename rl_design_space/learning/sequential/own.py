@@ -5,7 +5,8 @@ So the kernel need not be compiled again for each of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
@@ -26,6 +27,8 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 _GUARDED: dict[str, Any] = {**_OPTIONS, "boundscheck": True}
 #: What the kernel notes instead of the number of changed rows, see `refuse_broken`.
 BROKEN_UPDATE, BROKEN_RULE = -1, -2
+#: What update and rule are called with.
+_OF_UPDATE, _OF_RULE = ("step", "q", "memory", "parameters"), ("counters", "parameters")
 _NUMBER, _REAL = types.int64, types.float64
 
 
@@ -66,6 +69,8 @@ def compiled_rule(function: Callable[..., Any], name: str) -> Any:
     Raises:
         ConfigError: it cannot be compiled.
     """
+    place = f"exploration: {name}.rule()"
+    _check_arguments(function, _OF_RULE, place)
     rule = njit(**_GUARDED)(function)
 
     def call(trial, level, successes, succeeded, steps, error, parameters, count):
@@ -75,7 +80,7 @@ def compiled_rule(function: Callable[..., Any], name: str) -> Any:
         except Exception:
             return np.nan
 
-    return _compiled(call, types.float64(*[_REAL] * 6, _NUMBER, _NUMBER), f"exploration: {name}.rule()")
+    return _compiled(call, types.float64(*[_REAL] * 6, _NUMBER, _NUMBER), place)
 
 
 @cache
@@ -85,6 +90,8 @@ def compiled_update(function: Callable[..., Any], name: str) -> Any:
     Raises:
         ConfigError: it cannot be compiled.
     """
+    place = f"learner: {name}.update()"
+    _check_arguments(function, _OF_UPDATE, place)
     update = njit(**_GUARDED)(function)
 
     def call(
@@ -101,7 +108,20 @@ def compiled_update(function: Callable[..., Any], name: str) -> Any:
             return np.nan
 
     signature = types.float64(*[_NUMBER] * 10, *[_REAL] * 3, _NUMBER, _NUMBER)
-    return _compiled(call, signature, f"learner: {name}.update()")
+    return _compiled(call, signature, place)
+
+
+def _check_arguments(function: Callable[..., Any], expected: Sequence[str], name: str) -> None:
+    """Refuse a function that cannot be called with so many arguments; Numba's message would name the caller.
+
+    Raises:
+        ConfigError: it takes others.
+    """
+    taken = inspect.signature(function)
+    try:
+        taken.bind(*expected)
+    except TypeError as error:
+        raise ConfigError(f"{name}: takes {taken}; should be a static method of ({', '.join(expected)})") from error
 
 
 def _compiled(function: Callable[..., Any], signature: Any, name: str) -> Any:

@@ -10,7 +10,7 @@ from time import sleep
 from typing import Protocol
 
 from rl_design_space.learning.result import LearningCurves
-from rl_design_space.plan.cost import expected_steps
+from rl_design_space.plan.cost import expected_work
 from rl_design_space.plan.plan import PlannedPoint
 from rl_design_space.run.clusters.worker import Failure, pickled
 from rl_design_space.run.executor import PointResult
@@ -130,7 +130,7 @@ class _ChunkQueue:
                 failed.append((planned, error))
                 continue
             chunk.points.append(planned)
-            steps += expected_steps(planned.point, planned.periods_begun)
+            steps += expected_work(planned.point, planned.periods_begun)
         return chunk
 
     def _next(self) -> PlannedPoint | None:

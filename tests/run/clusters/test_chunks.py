@@ -84,7 +84,7 @@ def test_chunks_of_short_points_grow_and_long_points_stay_alone():
     assert sizes[:4] == [1, 1, 1, 1]
     assert max(sizes) > 4
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(chunks, "expected_steps", lambda *_: 1e9)
+        patch.setattr(chunks, "expected_work", lambda *_: 1e9)
         learned(long, [*(point(size) for size in range(4, 40))])
     assert {len(chunk) for chunk in long.submitted} == {1}
 
