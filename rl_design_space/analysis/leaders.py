@@ -48,7 +48,8 @@ def behind_leaders(each: FloatArray, error: float) -> NDArray[np.bool_]:
         each: (periods, designs), see `leading`.
         error: probability with which the true best is one of them.
     """
-    from scipy import stats  # whose import takes longer than comparing the designs of most sweeps
+    # Not from `scipy.stats`, whose import takes a second. Here, because comparing designs without it needs no SciPy.
+    from scipy.special import stdtrit
 
     found = np.zeros(each.shape[1], dtype=bool)
     leader = leading(each)
@@ -63,7 +64,7 @@ def behind_leaders(each: FloatArray, error: float) -> NDArray[np.bool_]:
         less, outlying = cut(own)
         errors = np.full(len(members), error)
         errors[outlying] /= 2  # for two comparisons
-        quantile = stats.t.isf(errors, len(rows) - 1)
+        quantile = -stdtrit(len(rows) - 1, errors)
         found[members] |= better(leader, rows, own, quantile)
         found[members[outlying]] |= better(leader, rows, less, quantile[outlying])
     return found

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import stdtrit
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.best import CONFIDENCE, LAST_SHARE
@@ -89,7 +89,7 @@ def behind(values: Sequence[FloatArray], look: Look) -> NDArray[np.bool_]:
         less, outlying = cut(each)
         error = np.full(len(group), look.error * (1 - SHARE) / max(1, len(racing) - 1))
         error[outlying] /= 2  # for two comparisons
-        quantile = stats.t.isf(error, count - 1)
+        quantile = -stdtrit(count - 1, error)
         for leader in leading.T:
             found[group] |= better(leader, np.arange(count), each, quantile)
             found[group[outlying]] |= better(leader, np.arange(count), less, quantile[outlying])

@@ -94,17 +94,14 @@ class Study:
         return build("study.report", with_own_measures(node))
 
     def another(self, name: str) -> Study:
-        """Return the study of a name, with the overrides of this one; it is planned once.
+        """Return the study of a name, with the overrides of this one; if this one includes it, it is planned already.
 
         Raises:
             ConfigError: there is no such study, or it cannot be planned with these overrides.
         """
-        if self.planner is None:
-            with shipped_config():
-                return load_study(name, self.overrides)
-        planned = self.planner.included.get(self.overrides, {})
+        included = self.planner.included.get(self.overrides, {}) if self.planner else {}
         with shipped_config():
-            return planned.get(name) or load_study(name, self.overrides, self.planner)
+            return included.get(name) or load_study(name, self.overrides, self.planner)
 
 
 def load_study(
