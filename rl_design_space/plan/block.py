@@ -7,7 +7,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from rl_design_space._yaml import as_yaml
 from rl_design_space.config.compose import Composer
-from rl_design_space.config.overrides import OPTION_GROUPS
+from rl_design_space.config.overrides import OPTION_GROUPS, is_setting
 from rl_design_space.design import DesignPoint
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.grid import as_overrides, axes
@@ -38,6 +38,17 @@ def block_overrides(sweeps: Mapping[str, Any], more: Sequence[str], composer: Co
         else:
             overrides += as_overrides({key: value})
     return [*overrides, *more]
+
+
+def refuse_settings(sweeps: Mapping[str, Any]) -> None:
+    """Refuse settings in a block: they apply to all points.
+
+    Raises:
+        ConfigError: a key is that of a setting.
+    """
+    for key, value in sweeps.items():
+        if is_setting(f"{key}="):
+            raise ConfigError.at(key, value, "a setting applies to the whole sweep; give it on the command line")
 
 
 def _listed(value: Any) -> str:

@@ -20,7 +20,7 @@ from rl_design_space.config.measure_name import with_own_measures
 from rl_design_space.config.overrides import is_setting, shared
 from rl_design_space.design import Task
 from rl_design_space.errors import ConfigError
-from rl_design_space.plan.block import block_overrides
+from rl_design_space.plan.block import block_overrides, refuse_settings
 from rl_design_space.plan.collect import Collector, named
 from rl_design_space.plan.constraint import constraints_of
 from rl_design_space.plan.grid import MAX_POINTS, Grid, axes
@@ -185,7 +185,7 @@ def plan_study(
     grids = {}
     for block, sweeps in blocks.items():
         with named(f"study {name}, block {block}"):
-            _refuse_settings(sweeps)
+            refuse_settings(sweeps)
             grids[block] = Grid(block_overrides(sweeps, of_points, planner.composer), planner.composer.parser)
     with named(f"study {name}"):
         total = sum(grid.size for grid in grids.values()) * (1 + (varied.count if varied else 0))
@@ -211,17 +211,6 @@ def _check(name: str, varied: Varied | None) -> None:
     if varied:
         with named(f"study {name}, variations", ", "):
             varied.check()
-
-
-def _refuse_settings(sweeps: Mapping[str, Any]) -> None:
-    """Refuse settings in a block: they apply to all points.
-
-    Raises:
-        ConfigError: a key is that of a setting.
-    """
-    for key, value in sweeps.items():
-        if is_setting(f"{key}="):
-            raise ConfigError.at(key, value, "a setting applies to the whole sweep; give it on the command line")
 
 
 def _included(names: tuple[str, ...], included: Any, overrides: Sequence[str], planner: Planner) -> list[Study]:
