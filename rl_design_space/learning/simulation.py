@@ -32,7 +32,7 @@ from rl_design_space.learning.streams import behaviour_states
 from rl_design_space.learning.tables import learning_tables
 
 #: Observation codes computed at a time per thread: few enough to stay in the cache, enough to make up for the call.
-_CODES_IN_FLIGHT = 60_000
+_CODES_IN_FLIGHT = 50_000
 #: Seconds that a share of the periods takes at least. To take the next one, a thread waits for the others: one of them
 #: runs Python at a time, and that one may have lost its core to another process.
 _SHARE_SECONDS = 0.01
