@@ -194,6 +194,16 @@ def test_a_comparison_is_paired_by_period(runs: Runs):
     assert frame["difference"].iloc[2] == pytest.approx(frame["difference"][:2].mean())
 
 
+def test_lines_are_named_by_what_tells_them_apart_from_each_other(outputs: Path):
+    reader = options(outputs / "mlflow.db").reader()
+    frame = reader.frame()
+    lone = frame[frame["representation"] == "ad_hoc"].index[0]
+    frame.loc[lone, "world.size"] = 7  # a line of this run alone would be none
+    found = Sensitivity(parameter="exploration.k").frames(Runs.of_frame(frame, reader, "the command"))
+    lines = found[MAIN].groupby("line").size().to_dict()
+    assert lines == {"representation=ad_hoc": 2, "representation=direction": 2}
+
+
 @pytest.mark.parametrize(
     ("figure", "message"),
     [
