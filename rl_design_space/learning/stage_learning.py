@@ -24,7 +24,7 @@ from rl_design_space.learning.stage_record import StageRecord
 from rl_design_space.learning.tables import learning_tables
 from rl_design_space.learning.td_errors import Errors, no_errors
 
-#: Observation codes computed at a time.
+#: Observation codes computed at a time: more than in `simulation`, because those of all periods are kept anyway.
 _CODES_IN_FLIGHT = 120_000
 
 
@@ -100,7 +100,8 @@ class StageOfShare:
 
     def begin_anew(self) -> None:
         """Begin with initial values."""
-        self._kept = self._no_values() if self._stage.is_carried else self._kept
+        if self._stage.is_carried:
+            self._kept = self._no_values()
 
     def begin_where_ended(self, before: StageOfShare) -> None:
         """Begin with the Q-matrices that a stage of equal observations has ended with."""

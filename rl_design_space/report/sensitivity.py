@@ -78,17 +78,21 @@ class Sensitivity(Report):
         points = [point for point in runs.recorded if point.parameters.get(self.parameter) is not None]
         runs.check([self.parameter])
         others = differing([point.choices for point in points], beside=(self.parameter,))
-        lines = runs.grouped(others, points)
-        values = {key: runs.grouped([self.parameter], line) for key, line in lines.items()}
-        shown: list[Point] = [point for key, line in lines.items() if len(values[key]) > 1 for point in line]
-        alone: list[Point] = [point for key, line in lines.items() if len(values[key]) <= 1 for point in line]
+        lines: dict[tuple[Any, ...], dict[tuple[Any, ...], list[Point]]] = {}
+        shown: list[Point] = []
+        alone: list[Point] = []
+        for key, line in runs.grouped(others, points).items():
+            values = runs.grouped([self.parameter], line)
+            (shown if len(values) > 1 else alone).extend(line)
+            if len(values) > 1:
+                lines[key] = values
         # A line is named by what tells it apart from the other lines, not from runs that are not shown.
         telling = differing([point.choices for point in shown], beside=(self.parameter,))
         rows: list[dict[str, Any]] = []
-        for key in lines:
+        for key, values in lines.items():
             name = label(telling, [value for other, value in zip(others, key, strict=True) if other in telling])
             name = name or label(others, key) or _EVERYTHING
-            for (value,), here in values[key].items() if len(values[key]) > 1 else ():
+            for (value,), here in values.items():
                 estimate = runs.estimate(here, self.value)
                 rows.append({"line": name, self.parameter: value, **estimate._asdict(), "runs": len(here)})
         notes = list(not_shown(self.parameter, others, alone, shown))
