@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -89,6 +89,10 @@ class PeriodPairs:
 
     def __init__(self, each: Columns, draws: int) -> None:
         self._blocks, self._has, self._draws = each.blocks, each.has, draws
+        pool = ThreadPoolExecutor(1)
+        #: (draws, periods) normal variables, drawn while leaders are compared.
+        self._multipliers = pool.submit(np.random.default_rng(0).standard_normal, (draws, each.periods))
+        pool.shutdown(wait=False)
         self.values: FloatArray = each.means
         self._counts = each.counts
         #: The block of each design.
@@ -182,14 +186,9 @@ class PeriodPairs:
         A period has the same multiplier in all of them, so that means over some of the periods hang together with
         those over all of them.
         """
-        multipliers = self._multipliers[:, rows]
+        multipliers = self._multipliers.result()[:, rows]
         multipliers -= multipliers.mean(axis=1, keepdims=True)
         return np.asarray(multipliers.astype(np.float32) @ _centred(numbers) / np.float32(len(rows)))
-
-    @cached_property
-    def _multipliers(self) -> FloatArray:
-        """(draws, periods) normal variables."""
-        return np.random.default_rng(0).standard_normal((self._draws, self._has.shape[1]))
 
 
 def _in_rows(block: Block, rows: NDArray[np.intp]) -> FloatArray:

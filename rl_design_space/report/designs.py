@@ -22,9 +22,9 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import canonical, measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
+from rl_design_space.report.ahead import ahead
 from rl_design_space.report.parameters import PERIODS, SEED, label, order, text
 from rl_design_space.report.points import Point
-from rl_design_space.report.read_ahead import read_ahead
 from rl_design_space.report.runs import Runs
 
 #: Arrays of a result that have a row for each period.
@@ -163,9 +163,9 @@ class Designs:
         Raises:
             ConfigError: there is one design only, or no two are equal in all choices but one.
         """
-        if not self.names:
+        if not (names := self.names):
             raise ConfigError("these runs differ in nothing but their seed and number of periods; choose more runs")
-        return grids(self.parameters, self.names)
+        return grids(self.parameters, names)
 
     def results(self, what: str = "reading runs") -> Iterator[LearningCurves]:
         """Yield the result of each design: its common periods, one seed after the other.
@@ -178,7 +178,7 @@ class Designs:
 
     def _whole_results(self, what: str) -> Iterator[list[LearningCurves]]:
         """Yield the results of each design, one for each seed."""
-        found = read_ahead(self._result, [seeds[seed] for seeds in self._points for seed in self.seeds])
+        found = ahead(self._result, [seeds[seed] for seeds in self._points for seed in self.seeds])
         for _ in self._runs.watch(self._points, what):
             yield list(islice(found, len(self.seeds)))
 
