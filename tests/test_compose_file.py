@@ -60,6 +60,18 @@ def test_images_are_pinned():
     assert re.match(r"postgres:\d+\.\d+-", services["postgres"]["image"])
 
 
+def test_the_image_searches_for_garbage_less_often(tmp_path: Path):
+    recipe = composed(**SECRETS)["services"]["mlflow"]["build"]["dockerfile_inline"]
+    (line, path), *others = re.findall(r'RUN echo "(.*)" > (.*)', recipe)
+    assert not others
+    # The folder belongs to the Python of the image.
+    version = re.search(r"FROM python:(\d+\.\d+)\.", recipe)[1]
+    assert path == f"/usr/local/lib/python{version}/site-packages/sitecustomize.py"
+    (tmp_path / "sitecustomize.py").write_text(line, encoding="utf-8")
+    asked = [SCRIPTS / "python", "-c", "import gc; print(gc.get_threshold()[0])"]
+    assert output_of(*asked, env={"PYTHONPATH": str(tmp_path)}) == "50000\n"
+
+
 @needs_postgres
 def test_postgresql_is_the_one_that_is_tested():
     tested = re.search(r"\d+", output_of(PROGRAMS / "postgres", "--version"))[0]
