@@ -28,14 +28,15 @@ def write_arrays(file: Path | BinaryIO, arrays: Arrays, *, compress: bool = True
         file: path or open file.
         arrays: arrays by name.
         compress: whether to spend processor time on a smaller file.
+
+    Raises:
+        ValueError: an array holds Python objects.
     """
     method = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED
     with zipfile.ZipFile(file, "w") as archive:
         for name, array in arrays.items():
-            member = BytesIO()
-            np.save(member, array)
             # Without a time stamp, so that equal results are equal files.
-            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getbuffer(), method, _LEVEL)
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), _member(array), method, _LEVEL)
 
 
 def read_arrays(file: Path | BinaryIO) -> dict[str, NDArray[Any]]:
@@ -47,6 +48,27 @@ def read_arrays(file: Path | BinaryIO) -> dict[str, NDArray[Any]]:
     """
     with zipfile.ZipFile(file) as archive:
         return {name.removesuffix(".npy"): _array(archive.read(name)) for name in archive.namelist()}
+
+
+def _member(array: NDArray[Any]) -> bytes:
+    """Return an array as an .npy file; `np.save` takes three times as long, mostly for equal headers."""
+    return b"".join((_header_of(array.shape, array.dtype), np.ascontiguousarray(array).data))
+
+
+@lru_cache(maxsize=256)
+def _header_of(shape: tuple[int, ...], dtype: np.dtype[Any]) -> bytes:
+    """Return what an .npy file of such an array begins with.
+
+    Raises:
+        ValueError: the array holds Python objects.
+    """
+    if dtype.hasobject:
+        raise ValueError("arrays of Python objects cannot be saved")
+    file = BytesIO()
+    np.lib.format.write_array_header_1_0(
+        file, {"descr": np.lib.format.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
+    )
+    return file.getvalue()
 
 
 def _array(member: bytes) -> NDArray[Any]:
