@@ -50,7 +50,9 @@ def test_packages_have_the_versions_of_the_lock_file():
     for package in packages.split():
         name, version = re.fullmatch(r'"?([\w-]+)(?:\[\w+\])?==([\d.]+)"?', package).groups()
         assert locked[name] == version
-    assert {"mlflow", "psycopg", "sqlalchemy", "flask-wtf", "uvloop"} == set(re.findall(r"([\w-]+)(?:\[\w+\])?==", packages))
+    assert {"mlflow", "psycopg", "sqlalchemy", "flask-wtf", "uvloop"} == set(
+        re.findall(r"([\w-]+)(?:\[\w+\])?==", packages)
+    )
 
 
 def test_images_are_pinned():
