@@ -15,6 +15,7 @@ from rl_design_space.commands.figure_arguments import BY_WORD, NAMED, WORDS, loo
 from rl_design_space.commands.look_arguments import named_by_flags, take_look, unused_labels
 from rl_design_space.commands.where import where_of
 from rl_design_space.config import user_config
+from rl_design_space.config.overrides import is_of_study
 from rl_design_space.errors import ConfigError
 
 __all__ = ["WORDS", "main"]
@@ -63,7 +64,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     from rl_design_space.plan.study_values import study_values
     from rl_design_space.report.parameters import PERIODS
     from rl_design_space.report.runs import Runs
-    from rl_design_space.run.settings import settings_of
+    from rl_design_space.run.settings import reading_settings_of
     from rl_design_space.tracking.selection import SOURCE
 
     where, also_typed = where_of(chosen.where)
@@ -75,7 +76,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     for flag in _SEVERAL.get(word, ()):  # settings may follow these flags, as they may follow --where
         also_typed += filter(is_setting, getattr(chosen, flag))
         setattr(chosen, flag, [each for each in getattr(chosen, flag) if not is_setting(each)])
-    settings = settings_of([*also_typed, *chosen.overrides])
+    settings = reading_settings_of(_without_study([*also_typed, *chosen.overrides]))
     folder = report_folder(settings)
     tell_of_unused_variables(settings.tracking)
     reader = settings.tracking.reader()
@@ -101,6 +102,18 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         written = figure.write_runs(runs, folder / name)
     tell_numbers(written.numbers)
     return written
+
+
+def _without_study(settings: list[str]) -> list[str]:
+    """Return settings among which no study is named.
+
+    Raises:
+        ConfigError: one is, which the flag does.
+    """
+    for override in filter(is_of_study, settings):
+        name = override.partition("=")[2].partition(",")[0]
+        raise ConfigError(f"{override}: not a parameter of runs; --study {name or 'NAME'} selects the runs of a study")
+    return settings
 
 
 def _explore(

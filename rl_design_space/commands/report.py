@@ -51,6 +51,7 @@ def main() -> None:
         else:
             arguments = _parser(typed).parse_intermixed_args(typed)
             look, settings = take_look(arguments)
+            _check_study(arguments.report, [*arguments.overrides, *settings])
             if arguments.title:
                 look["title"] = arguments.title
             name = study_of_all() if arguments.report == "all" else arguments.report
@@ -75,6 +76,20 @@ def _check_first(typed: list[str]) -> None:
     if typed and is_override(typed[0]):
         name = next((word for word in typed if not word.startswith("-") and not is_override(word)), "table4")
         raise ConfigError(f"{typed[0]}: the name of a report comes first, as in `rl-design-report {name} {typed[0]}`")
+
+
+def _check_study(report: str, overrides: Sequence[str]) -> None:
+    """Refuse another study than that whose report is asked for.
+
+    Raises:
+        ConfigError: an override names one.
+    """
+    from rl_design_space.config.overrides import is_of_study
+
+    for override in overrides:
+        name = override.partition("=")[2]
+        if is_of_study(override) and name != report:
+            raise ConfigError(f"{override}: `rl-design-report {name}` writes the report of that study")
 
 
 def _parser(typed: list[str]) -> Parser:

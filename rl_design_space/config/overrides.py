@@ -21,6 +21,8 @@ ABSENT = {field.name: field.metadata[ABSENT_AS] for field in fields(DesignPoint)
 ABSENT_OPTION = "none"
 #: Keys of the config that are not part of a design point.
 SETTINGS = ("outputs", "threads", "tracking", "study", "plan", "shard", "on_error", "max_points", "objective", "hydra")
+#: Settings of commands that run no points: where records are, and how many threads learn a point again.
+READING_SETTINGS = ("outputs", "threads", "tracking")
 #: Settings of a sweep, which a single point does not use.
 _SWEEP_SETTINGS = ("study", "plan", "shard", "on_error", "max_points", "hydra")
 
@@ -33,6 +35,11 @@ def is_override(argument: str) -> bool:
 def is_setting(override: str) -> bool:
     """Return whether an override changes how points are run, not the points themselves."""
     return _has_key(override, SETTINGS)
+
+
+def is_reading_setting(override: str) -> bool:
+    """Return whether an override is a setting that commands use which run no points."""
+    return _has_key(override, READING_SETTINGS) or is_search_path(override)
 
 
 def is_sweep_setting(override: str) -> bool:

@@ -22,23 +22,29 @@ VARIABLE = "RL_DESIGN_SPACE_CONFIG"
 FLAG = "--config-dir"
 #: The flag with the abbreviations that Hydra accepts.
 _FLAG = re.compile(r"(--config-d(?:ir?)?|-cd)(?:=(.*))?", re.DOTALL)
+#: How options of several folders are used.
+_SEVERAL = "hydra.searchpath=[DIR] adds the options of other folders"
 
 
 def take_flag(arguments: Sequence[str]) -> tuple[str | None, list[str]]:
     """Return the folder that the arguments name, if any, and the other arguments.
 
     Raises:
-        ConfigError: the flag comes last, without a folder.
+        ConfigError: the flag comes last, without a folder, or is given twice; Hydra's own would take the last one.
     """
-    folder, rest, left = None, [], iter(arguments)
+    folder: str | None = None
+    rest, left = [], iter(arguments)
     for argument in left:
         found = _FLAG.fullmatch(argument)
         if not found:
             rest.append(argument)
-        elif found[2] is not None:
-            folder = found[2]
-        elif (folder := next(left, None)) is None:
+            continue
+        named = found[2] if found[2] is not None else next(left, None)
+        if named is None:
             raise ConfigError(f"{argument}: needs a folder, as in {FLAG} conf")
+        if folder is not None:
+            raise ConfigError(f"{FLAG} {folder}, {FLAG} {named}: should be given once; {_SEVERAL}")
+        folder = named
     return folder, rest
 
 

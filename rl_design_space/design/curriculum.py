@@ -23,6 +23,7 @@ _NEW_PARTS = "the parts of a block are new observations; use same_place, none or
 
 _Trials = Annotated[int, Field(ge=1)]
 _ZeroShotTrials = Annotated[int, Field(ge=0)]
+_Sizes = Annotated[list[GridSize], Field(min_length=1)]
 _Epsilon = Annotated[float, Field(ge=0, le=1)] | None
 #: What a stage differs in where the Q-matrix is used as it is.
 _AS_IT_IS = {"learner.alpha": 0.0, "exploration": Constant(epsilon=0.0)}
@@ -38,6 +39,8 @@ class Curriculum(Protocol):
 
 
 def _sizes(sizes: Any) -> Any:
+    if sizes in ([], ()):
+        raise ValueError("should list the size of a grid, as in [5]; without smaller grids, use curriculum=none")
     return tuple(sizes) if isinstance(sizes, list) else sizes
 
 
@@ -69,7 +72,7 @@ class CoarseToFine:
         epsilon: constant exploration on each grid but the first; as the point explores if None.
     """
 
-    sizes: Annotated[tuple[GridSize, ...], BeforeValidator(_sizes, json_schema_input_type=list[GridSize])] = (5,)
+    sizes: Annotated[tuple[GridSize, ...], BeforeValidator(_sizes, json_schema_input_type=_Sizes)] = (5,)
     trials: _Trials = 50
     carry: Carry = "same_place"
     zero_shot: _ZeroShotTrials = field(default=0, metadata=absent_as(0, listed=False))

@@ -19,7 +19,7 @@ from rl_design_space.config.compose import CONFIG_NAME, shipped_config
 from rl_design_space.config.explain import explain
 from rl_design_space.config.grammar import parse
 from rl_design_space.config.measure_name import ValueName, with_own_measures
-from rl_design_space.config.overrides import SETTINGS, is_setting
+from rl_design_space.config.overrides import READING_SETTINGS, is_reading_setting, is_setting
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.plan.grid import MAX_POINTS
@@ -87,11 +87,8 @@ def settings_of(overrides: Sequence[str]) -> Settings:
     """Build the settings that these overrides describe, e.g. `outputs=elsewhere`.
 
     Raises:
-        ConfigError: an override cannot be parsed, is not a setting, or its value is not allowed.
+        ConfigError: an override cannot be parsed, or its value is not allowed.
     """
-    for override in overrides:
-        if not is_setting(override):
-            raise ConfigError(f"{override}: not a setting; this command takes {'=…, '.join(SETTINGS[:3])}=…")
     parse(overrides)
     with shipped_config():
         try:
@@ -100,13 +97,26 @@ def settings_of(overrides: Sequence[str]) -> Settings:
             raise explain(error) or error from error
 
 
+def reading_settings_of(overrides: Sequence[str]) -> Settings:
+    """Build the settings of a command that runs no points.
+
+    Raises:
+        ConfigError: as for `settings_of`, or the command does not use a setting.
+    """
+    for override in overrides:
+        if not is_reading_setting(override):
+            wrong = "not a setting of this command, which" if is_setting(override) else "not a setting; this command"
+            raise ConfigError(f"{override}: {wrong} takes {'=…, '.join(READING_SETTINGS)}=…")
+    return settings_of(overrides)
+
+
 def store_of(overrides: Sequence[str]) -> MlflowTracking:
     """Return the tracking store of the settings that these overrides describe.
 
     Raises:
-        ConfigError: as for `settings_of`, or the settings record nothing.
+        ConfigError: as for `reading_settings_of`, or the settings record nothing.
     """
-    tracking = settings_of(overrides).tracking
+    tracking = reading_settings_of(overrides).tracking
     if not isinstance(tracking, MlflowTracking):
         raise ConfigError("tracking=none: nothing is recorded, so there is no store")
     return tracking

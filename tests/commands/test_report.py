@@ -46,19 +46,21 @@ def test_two_default_pages_are_refused_by_name(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "command"),
+    ("arguments", "message"),
     [
-        (["outputs=x", "table3"], "rl-design-report table3 outputs=x"),
-        (["outputs=x", "heatmap", "--rows", "seed"], "rl-design-report heatmap outputs=x"),
-        (["tracking.uri=sqlite:///x.db"], "rl-design-report table4 tracking.uri=sqlite:///x.db"),
+        (["outputs=x", "table3"], "comes first, as in `rl-design-report table3 outputs=x`"),
+        (["outputs=x", "heatmap", "--rows", "seed"], "comes first, as in `rl-design-report heatmap outputs=x`"),
+        (["tracking.uri=sqlite:///x"], "comes first, as in `rl-design-report table4 tracking.uri=sqlite:///x`"),
+        (["table4", "study=fig3"], "study=fig3: `rl-design-report fig3` writes the report of that study"),
+        (["table4", "--labels", "a=b", "study=fig3"], "`rl-design-report fig3` writes the report of that study"),
     ],
 )
-def test_the_name_of_a_report_comes_before_settings(
-    arguments: list[str], command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_the_name_of_a_report_comes_before_settings_and_once(
+    arguments: list[str], message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     monkeypatch.setattr("sys.argv", ["rl-design-report", *arguments])
     monkeypatch.setattr("rl_design_space.commands.report.handle_interrupts", lambda: None)
     with pytest.raises(SystemExit) as exit_:
         main()
     assert exit_.value.code == 2
-    assert capsys.readouterr().err.endswith(f"the name of a report comes first, as in `{command}`\n")
+    assert capsys.readouterr().err.endswith(f"{message}\n")

@@ -146,9 +146,11 @@ def test_there_is_no_store_without_tracking(arguments: tuple[str, ...], say):
         say(*arguments, "tracking=none")
 
 
-def test_an_override_of_a_point_is_refused(say):
+def test_an_override_that_is_not_used_is_refused(say):
     with pytest.raises(ConfigError, match=r"seed=3: not a setting; this command takes outputs=…"):
         say("sync", "seed=3")
+    with pytest.raises(ConfigError, match=r"study=table4: not a setting of this command, which takes outputs=…"):
+        say("store", "status", "study=table4")
 
 
 def test_a_rerun_gives_identical_results(say, outputs: Path):

@@ -62,7 +62,6 @@ def chosen(folder: Path, *overrides: str) -> DesignPoint:
         ("seed=1 -cd here", "here", "seed=1"),
         ("--config-dir=here -m", "here", "-m"),
         ("--config-d here -c job", "here", "-c job"),
-        ("-cd one -cd=two", "two", ""),
         ("--config-name other", None, "--config-name other"),
     ],
 )
@@ -73,6 +72,12 @@ def test_the_flag_may_stand_anywhere(typed: str, found: str | None, rest: str):
 def test_the_flag_needs_a_folder():
     with pytest.raises(ConfigError, match="--config-dir: needs a folder"):
         user_config.take_flag(["seed=1", "--config-dir"])
+
+
+def test_one_folder_is_given():
+    expected = r"--config-dir one, --config-dir two: should be given once; hydra.searchpath=\[DIR\] adds"
+    with pytest.raises(ConfigError, match=expected):
+        user_config.take_flag(["-cd", "one", "seed=1", "--config-dir=two"])
 
 
 def test_a_missing_folder_is_named_as_typed(folder: Path, monkeypatch: pytest.MonkeyPatch):

@@ -146,7 +146,7 @@ def test_the_same_stages_from_scratch_are_those_that_carry_nothing():
 
 def test_one_stage_that_is_the_point_is_no_stage():
     alone = simulate(POINT)
-    for curriculum in (Stages(stages=(Stage(),)), CoarseToFine(sizes=()), NewGoals(layouts=1)):
+    for curriculum in (Stages(stages=(Stage(),)), NewGoals(layouts=1)):
         curves = simulate(replace(POINT, curriculum=curriculum))
         assert curves.stages == ()
         np.testing.assert_array_equal(curves.steps, alone.steps)

@@ -279,6 +279,11 @@ def test_runs_are_selected_in_the_words_of_the_command_line(outputs: Path, capsy
         "representation=ad_hok": r"representation=ad_hok: no run has this value; there is ad_hoc, direction",
         "representatio=ad_hoc": r"representatio: no such parameter of these runs; did you mean representation\?",
         "ad_hoc": "--where ad_hoc: should be KEY=VALUE, such as exploration=linear",
+        "study=mine": "study=mine: not a parameter of runs; --study mine selects the runs of a study",
+        "study=mine,table4": "; --study mine selects",
+        "plan=true": r"plan=true: not a setting of this command, which takes outputs=…, threads=…, tracking=…",
+        "objective=total_steps": "objective=total_steps: not a setting of this command",
+        "fingerprint=abc": "fingerprint: no such parameter of these runs",
     }.items():
         with pytest.raises(ConfigError, match=message):
             command.main("sensitivity", ["exploration.k", "--where", wrong, f"outputs={outputs}"])

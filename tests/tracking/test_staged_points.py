@@ -103,7 +103,7 @@ def test_curves_run_on_and_the_file_of_a_result_holds_its_stages():
 
 
 def test_points_without_stages_have_the_params_that_they_had():
-    for overrides in ((), ("curriculum=coarse_to_fine", "curriculum.sizes=[]")):
+    for overrides in ((), ("curriculum=new_goals", "curriculum.layouts=1")):
         planned = planned_point(overrides)
         assert not [name for name in params(planned.parameters) if "curriculum" in name]
         assert "curriculum" not in resolved_config(planned.point)
@@ -152,6 +152,13 @@ def test_an_option_without_a_stage_is_refused(folder: Path):
             plan(["curriculum=mine"])
     assert planned_point(["curriculum=none", "curriculum.stages=[]"]).point == planned_point().point
     recorded_point({**resolved_config(planned_point().point), "curriculum": yaml.safe_load(file.read_text())}, "old")
+
+
+def test_coarse_grids_without_a_size_are_refused():
+    expected = r"curriculum.sizes=\[\]: should list .* as in \[5\]; without smaller grids, use curriculum=none"
+    for plan in (plan_point, planned_point):
+        with pytest.raises(ConfigError, match=expected):
+            plan(["curriculum=coarse_to_fine", "curriculum.sizes=[]"])
 
 
 def test_stages_are_one_value_however_they_are_written():

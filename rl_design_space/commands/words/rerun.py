@@ -25,9 +25,9 @@ def main(arguments: Sequence[str]) -> None:
 
     from rl_design_space.commands.terminal import console
     from rl_design_space.run.repeat import compare
-    from rl_design_space.run.settings import settings_of
+    from rl_design_space.run.settings import reading_settings_of
 
-    settings = settings_of(options.overrides)
+    settings = reading_settings_of(options.overrides)
     comparison = compare(settings.tracking.reader(), options.run_id, settings.threads)
     console.print(comparison.text, markup=False, soft_wrap=True)
     sys.exit(0 if comparison.same else 1)

@@ -55,9 +55,9 @@ def main(arguments: Sequence[str]) -> None:
     from rl_design_space.config.overrides import is_setting
     from rl_design_space.report.inside.animation import FRAMES
     from rl_design_space.report.inside.watched import watch
-    from rl_design_space.run.settings import settings_of
+    from rl_design_space.run.settings import reading_settings_of
 
-    settings = settings_of(list(filter(is_setting, overrides)))
+    settings = reading_settings_of(list(filter(is_setting, overrides)))
     if options.frames is not None and options.frames < 2:
         raise ConfigError.at("--frames", options.frames, "should be a number of at least 2")
     subject = _subject([each for each in overrides if not is_setting(each)], settings)
