@@ -168,13 +168,14 @@ def _frame(whole: Decomposition) -> pd.DataFrame:
 def _trial_frame(grids: Grids, values: FloatArray, edges: NDArray[np.intp], runs: Runs) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
     places = range(values.shape[2])
-    of_places = (
+    # All products of matrices go first: the threads of BLAS wait busily for a while after each.
+    of_places = [
         [
             Cells.of_periods(tuple(f.name for f in part.factors), values[:, part.points, place], _RESAMPLES)
             for part in grids.parts
         ]
         for place in places
-    )
+    ]
     watched = runs.watch(places, "decomposing by trial")
     for place, whole in zip(watched, ahead(decomposed, of_places), strict=True):
         trials = {"first_trial": int(edges[place]), "last_trial": int(edges[place + 1]) - 1}

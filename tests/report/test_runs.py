@@ -81,6 +81,8 @@ def test_periods_are_what_was_learned_and_read_once(study: Study, monkeypatch: p
     assert first.point is study.plan[0].point
     monkeypatch.setattr(reader, "periods", None)
     assert runs.result(runs.points[0]) is first
+    runs.forget(runs.points[0])
+    assert np.array_equal(runs.curve(runs.points[0], "epsilon"), expected.epsilon)  # curves stay
 
 
 def test_a_run_that_kept_its_curves_alone_is_refused_by_name(study: Study, monkeypatch: pytest.MonkeyPatch):
