@@ -22,13 +22,14 @@ if TYPE_CHECKING:
 _ENDPOINT = "/api/2.0/mlflow/runs/search"
 #: What the id of a run ends with: MLflow makes ids of 32 hexadecimal digits.
 _ENDINGS = "0123456789abcdef"
-#: Requests at the same time; MLflow's server has four processes by default.
-_IN_FLIGHT = 4
+#: Requests at the same time; MLflow's server has four processes by default, which have the next ones while this process
+#: decodes answers.
+_IN_FLIGHT = 6
 #: Runs of the first page, which tells whether there are more; it is read again if there are.
 _FIRST_PAGE = 100
 #: Runs of each of several pages at the same time. A server process answers them together, so that each takes as long as
 #: all of them, and its first byte has to arrive before the request times out, after 10 seconds.
-_PER_PAGE = 500
+_PER_PAGE = 250
 #: A connection stays with one process of the server, and four can have the same; a new one goes to an idle process.
 _NEW_CONNECTION = {"Connection": "close"}
 
