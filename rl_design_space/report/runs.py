@@ -22,6 +22,7 @@ from rl_design_space.design import from_scratch
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.fingerprint import fingerprint
+from rl_design_space.report.ahead import ahead
 from rl_design_space.report.chosen_points import ChosenPoints
 from rl_design_space.report.ordering import Ordering
 from rl_design_space.report.parameters import PERIODS, text
@@ -34,6 +35,7 @@ from rl_design_space.report.points import (
     repetition,
     with_defaults,
 )
+from rl_design_space.report.results import Results
 from rl_design_space.report.watching import Watch, unwatched
 from rl_design_space.run.enough import enough_text
 
@@ -73,7 +75,7 @@ class Runs(ChosenPoints):
         self.remarks, self.mark = remarks, mark
         self._made_by = made_by
         self._reader = reader
-        self._results: dict[Point, LearningCurves | None] = {}
+        self._results = Results(reader)
         #: Points whose results were asked for.
         self._used: set[Point] = set()
         #: Iterates over items, and shows how far it is.
@@ -173,14 +175,7 @@ class Runs(ChosenPoints):
     def kept(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run, or its run did not keep its periods."""
         self._used.add(point)
-        if point not in self._results:
-            arrays = self._reader.periods(point.run) if point.run else {}
-            self._results[point] = (
-                LearningCurves.of_arrays(arrays, point.of_plan.point)
-                if point.of_plan and "steps" in arrays
-                else LearningCurves.found(arrays, point.parameters.get("world.size"))
-            )
-        return self._results[point]
+        return self._results.of(point)
 
     def design_point(self, point: Point) -> DesignPoint:
         """Return the design point of a recorded point, from the plan of its study or from the config of its run.
@@ -195,7 +190,7 @@ class Runs(ChosenPoints):
 
     def forget(self, point: Point) -> None:
         """Free the memory of a result that is not needed again."""
-        self._results.pop(point, None)
+        self._results.forget(point)
 
     def result(self, point: Point) -> LearningCurves | None:
         """Return the result of a point; None if it has no run.
@@ -248,11 +243,9 @@ class Runs(ChosenPoints):
             ConfigError: there is no such curve.
         """
         self._used.add(point)
-        arrays = self._reader.periods(point.run) if point.run else {}
-        if name not in arrays or arrays[name].ndim != 1:
-            raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])
-        curve: FloatArray = arrays[name]
-        return curve
+        if name not in (curves := self._results.curves(point)):
+            raise ConfigError.unknown("learning curve", name, [each for each in curves if "/" in each])
+        return curves[name]
 
     def values(self, point: Point, name: str) -> FloatArray | None:
         """Return what each period contributes to a scalar or measure, (periods,); None if that is not known.
@@ -276,6 +269,8 @@ class Runs(ChosenPoints):
         measured = measure_of(name)
         recorded = [point for point in points if point.run]
         repetitions = [repetition(point) for point in recorded]
+        for _ in ahead(self.kept, recorded):
+            pass  # it is remembered
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):
             return Bounded(*mean_of_runs(known, repetitions, of_shares=bool(measured and measured.is_share)))
