@@ -50,7 +50,9 @@ def test_packages_have_the_versions_of_the_lock_file():
     for package in packages.split():
         name, version = re.fullmatch(r'"?([\w-]+)(?:\[\w+\])?==([\d.]+)"?', package).groups()
         assert locked[name] == version
-    assert {"mlflow", "psycopg", "sqlalchemy", "flask-wtf"} == set(re.findall(r"([\w-]+)(?:\[\w+\])?==", packages))
+    assert {"mlflow", "psycopg", "sqlalchemy", "flask-wtf", "uvloop"} == set(
+        re.findall(r"([\w-]+)(?:\[\w+\])?==", packages)
+    )
 
 
 def test_images_are_pinned():
@@ -58,6 +60,18 @@ def test_images_are_pinned():
     recipe = services["mlflow"]["build"]["dockerfile_inline"]
     assert re.match(r"FROM python:\d+\.\d+\.\d+-", recipe)
     assert re.match(r"postgres:\d+\.\d+-", services["postgres"]["image"])
+
+
+def test_the_image_searches_for_garbage_less_often(tmp_path: Path):
+    recipe = composed(**SECRETS)["services"]["mlflow"]["build"]["dockerfile_inline"]
+    (line, path), *others = re.findall(r'RUN echo "(.*)" > (.*)', recipe)
+    assert not others
+    # The folder belongs to the Python of the image.
+    version = re.search(r"FROM python:(\d+\.\d+)\.", recipe)[1]
+    assert path == f"/usr/local/lib/python{version}/site-packages/sitecustomize.py"
+    (tmp_path / "sitecustomize.py").write_text(line, encoding="utf-8")
+    asked = [SCRIPTS / "python", "-c", "import gc; print(gc.get_threshold()[0])"]
+    assert output_of(*asked, env={"PYTHONPATH": str(tmp_path)}) == "50000\n"
 
 
 @needs_postgres

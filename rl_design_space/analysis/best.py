@@ -27,8 +27,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.columns import Columns
 from rl_design_space.analysis.leaders import SHARE, behind_leaders
-from rl_design_space.analysis.pairs import Pairs, PeriodPairs, ResampledPairs, cut, ratio, reach
+from rl_design_space.analysis.pairs import Pairs, PeriodPairs, ResampledPairs, ratio, reach
 from rl_design_space.analysis.resampling import resample_weights
 
 #: Bootstrap samples of periods.
@@ -70,7 +71,7 @@ class BestSet:
 def best_set(
     value: FloatArray,
     samples: FloatArray,
-    each: FloatArray | None = None,
+    each: Columns | FloatArray | None = None,
     *,
     periods: int,
     largest_is_best: bool = False,
@@ -81,23 +82,25 @@ def best_set(
     Args:
         value: (designs,)
         samples: (resamples, designs) values of resampled periods, the same periods in all designs that have the same.
-        each: (periods, designs) of which values are means, NaN where a design does not have a period; None if they are
-            means of none. The quantile is then that of the resampled differences.
+        each: (periods, designs) of which values are means, as columns or as an array with NaN where a design does not
+            have a period; None if they are means of none. The quantile is then that of the resampled differences.
         periods: number of periods.
         largest_is_best: whether a large value is good.
         confidence: with which the true best is in the set.
     """
+    if isinstance(each, np.ndarray):
+        each = Columns.of_array(each)
     if largest_is_best:
         value, samples, each = -value, -samples, None if each is None else -each
-    unequal = each is not None and bool(np.isnan(each).any())
+    unequal = each is not None and not each.is_even
     error_left = (1 - confidence) * (LAST_SHARE if unequal else 1)
     designs, outlying = len(value), np.zeros(0, dtype=np.intp)
     pairs: Pairs
     if each is None:
         pairs = ResampledPairs(value, samples, periods)
     else:
-        less, outlying = cut(each)
-        pairs = PeriodPairs(np.hstack([each, less]), RESAMPLES)
+        both, outlying = each.with_cut()
+        pairs = PeriodPairs(both, RESAMPLES)
     order = pairs.ranked[pairs.ranked < designs]
     leader = int(order[0])
     far = _LARGER * _NORMAL.inv_cdf(1 - error_left / (2 * designs))
@@ -174,15 +177,15 @@ def _quantile(pairs: Pairs, forms: Sequence[int], design: int, errors: Sequence[
     return float(np.quantile(largest, 1 - level))
 
 
-def _stopped(each: FloatArray, error: float) -> NDArray[np.bool_]:
+def _stopped(each: Columns, error: float) -> NDArray[np.bool_]:
     """Return which designs have fewer periods than others and are behind those that led before, (designs,)."""
-    counts = (~np.isnan(each)).sum(axis=0)
+    counts = each.counts
     return np.asarray((counts < counts.max()) & behind_leaders(each, error * SHARE))
 
 
-def _of_common_periods(each: FloatArray, designs: NDArray[np.bool_]) -> FloatArray:
+def _of_common_periods(each: Columns, designs: NDArray[np.bool_]) -> FloatArray:
     """Return (resamples, designs) means of resampled periods that these designs have in common; infinity of others."""
-    common = each[~np.isnan(each[:, designs]).any(axis=1)]
+    common = each.in_common(np.flatnonzero(designs))
     samples = np.full((RESAMPLES, len(designs)), np.inf)
-    samples[:, designs] = resample_weights(len(common), 0, RESAMPLES) @ common[:, designs]
+    samples[:, designs] = resample_weights(len(common), 0, RESAMPLES) @ common
     return samples

@@ -32,9 +32,9 @@ class Factor:
     name: str
     parameters: tuple[str, ...]
 
-    def level(self, point: Mapping[str, Hashable]) -> Level:
-        """Return the value of a point; None stands for a parameter that it does not have."""
-        return tuple(point.get(name) for name in self.parameters)
+    def levels(self, points: Sequence[Mapping[str, Hashable]]) -> list[Level]:
+        """Return the value of each point; None stands for a parameter that it does not have."""
+        return list(zip(*([point.get(name) for point in points] for name in self.parameters), strict=True))
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,8 @@ def factors(points: Sequence[Mapping[str, Hashable]], names: Sequence[str]) -> l
     found = []
     for choice, parameters in choices.items():
         alone = [Factor(name, (name,)) for name in parameters]
-        crossed = len({tuple(factor.level(point) for factor in alone) for point in points})
-        if crossed == np.prod([len({factor.level(point) for point in points}) for factor in alone], dtype=float):
+        columns = [[point.get(name) for point in points] for name in parameters]
+        if len(set(zip(*columns, strict=True))) == np.prod([len(set(column)) for column in columns], dtype=float):
             found += alone
         else:
             found.append(Factor(choice, tuple(parameters)))
@@ -129,12 +129,12 @@ def grids(points: Sequence[Mapping[str, Hashable]], names: Sequence[str]) -> Gri
         ConfigError: no two points are equal in all choices but one; some of the missing combinations are named.
     """
     among = tuple(factors(points, names))
-    levels = [list(dict.fromkeys(factor.level(point) for point in points)) for factor in among]
+    of_points = [factor.levels(points) for factor in among]
+    levels = [list(dict.fromkeys(each)) for each in of_points]
     places = [{level: place for place, level in enumerate(each)} for each in levels]
-    codes = np.array(
-        [[place[factor.level(point)] for factor, place in zip(among, places, strict=True)] for point in points],
-        dtype=np.intp,
-    ).reshape(len(points), len(among))
+    codes = np.empty((len(points), len(among)), np.intp)
+    for column, each, place in zip(codes.T, of_points, places, strict=True):
+        column[:] = [place[level] for level in each]
     parts, left = _covering(codes, levels, among)
     varying = {factor for part in parts for factor in part.factors}
     total = float(np.prod([len(each) for each in levels], dtype=float))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -10,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.analysis.columns import Block, Columns
 
 #: Skew of a difference, over the root of the number of periods, below which it counts as symmetric.
 _NO_SKEW = 1e-6
-#: Distance of a far outlier from the quartiles, in distances between them: one exponential number in 250,000 is so far.
-_FAR_OUT = 10
 
 
 class Pairs(Protocol):
@@ -83,21 +83,25 @@ class PeriodPairs:
     """Designs whose values are means of periods, of which some designs may have more than others.
 
     Args:
-        each: (periods, designs) numbers that the values are means of; NaN where a design does not have a period.
+        each: numbers that the values are means of.
         draws: number of draws.
     """
 
-    def __init__(self, each: FloatArray, draws: int) -> None:
-        self._each, self._draws = each, draws
-        self.values: FloatArray = np.nanmean(each, axis=0)
-        has = ~np.isnan(each)
-        self._counts = has.sum(axis=0)
-        #: Which periods the designs of each group have, and the group of each design.
-        self._patterns, self._group = groups(has)
-        self._members = [np.flatnonzero(self._group == group) for group in range(len(self._patterns))]
-        #: Means and draws of the designs of one group, over the periods that another group has as well.
+    def __init__(self, each: Columns, draws: int) -> None:
+        self._blocks, self._has, self._draws = each.blocks, each.has, draws
+        pool = ThreadPoolExecutor(1)
+        #: (draws, periods) normal variables, drawn while leaders are compared.
+        self._multipliers = pool.submit(np.random.default_rng(0).standard_normal, (draws, each.periods))
+        pool.shutdown(wait=False)
+        self.values: FloatArray = each.means
+        self._counts = each.counts
+        #: The block of each design.
+        self._block = np.empty(each.designs, np.intp)
+        for place, block in enumerate(each.blocks):
+            self._block[block.designs] = place
+        #: Means and draws of the designs of one block, over the periods that another block has as well.
         self._known: dict[tuple[str, int, int], NDArray[np.floating[Any]]] = {}
-        #: Deviations of the designs of each group from their means, over the periods that the group asked for last has.
+        #: Deviations of the designs of each block from their means, over the periods that the block asked for last has.
         self._away: tuple[int, dict[int, NDArray[np.float32]]] = -1, {}
 
     @property
@@ -106,124 +110,95 @@ class PeriodPairs:
 
     def differences(self, other: int) -> FloatArray:
         found = np.empty(len(self.values))
-        for group, rows in self._groups(other):
-            found[self._members[group]] = self._minus("mean", other, group, rows)
+        for place, rows in self._common(other):
+            found[self._blocks[place].designs] = self._minus("mean", other, place, rows)
         return found
 
     def spread(self, other: int) -> tuple[FloatArray, FloatArray]:
         error, skew = np.empty(len(self.values)), np.empty(len(self.values))
-        for group, rows in self._groups(other):
-            members, count = self._members[group], len(rows)
-            away = self._deviations(other, group, rows) - self._centred(rows, np.array([other]))
+        for place, rows in self._common(other):
+            designs, count = self._blocks[place].designs, len(rows)
+            away = self._deviations(other, place, rows) - self._of_one(other, rows)
             squares = away * away
             second = squares.mean(axis=0, dtype=np.float64)
             squares *= away
-            skew[members] = ratio(squares.mean(axis=0, dtype=np.float64), second**1.5) / np.sqrt(count)
-            error[members] = np.sqrt(second / (count - 1))
+            skew[designs] = ratio(squares.mean(axis=0, dtype=np.float64), second**1.5) / np.sqrt(count)
+            error[designs] = np.sqrt(second / (count - 1))
         return error, skew
 
     def periods(self, other: int) -> NDArray[np.int64]:
         found = np.empty(len(self.values), np.int64)
-        for group, rows in self._groups(other):
-            found[self._members[group]] = len(rows)
+        for place, rows in self._common(other):
+            found[self._blocks[place].designs] = len(rows)
         return found
 
     def drawn(self, other: int) -> FloatArray:
         """Return normal variables with the covariances of the differences, by multipliers of the periods."""
         found = np.empty((self._draws, len(self.values)))
-        for group, rows in self._groups(other):
-            found[:, self._members[group]] = self._minus("draws", other, group, rows)
+        for place, rows in self._common(other):
+            found[:, self._blocks[place].designs] = self._minus("draws", other, place, rows)
         return found
 
-    def _groups(self, other: int) -> Iterator[tuple[int, NDArray[np.intp]]]:
-        """Yield each group, and the periods that its designs and another one have in common.
+    def _common(self, other: int) -> Iterator[tuple[int, NDArray[np.intp]]]:
+        """Yield each block, and the periods that its designs and another one have in common.
 
         Raises:
             ValueError: they have fewer than two.
         """
-        for group, pattern in enumerate(self._patterns):
-            rows = np.flatnonzero(pattern & self._patterns[self._group[other]])
+        own = self._has[self._block[other]]
+        for place, has in enumerate(self._has):
+            rows = np.flatnonzero(has & own)
             if len(rows) < 2:
                 raise ValueError("two designs have fewer than two periods in common")
-            yield group, rows
+            yield place, rows
 
-    def _minus(self, what: str, other: int, group: int, rows: NDArray[np.intp]) -> NDArray[np.floating[Any]]:
-        """Return the means, or the draws, of the designs of a group minus those of another design.
+    def _minus(self, what: str, other: int, place: int, rows: NDArray[np.intp]) -> NDArray[np.floating[Any]]:
+        """Return the means, or the draws, of the designs of a block minus those of another design.
 
         Those of equal designs are equal bit for bit, because they are columns of one computation.
         """
-        own = int(self._group[other])
-        designs = self._members[group]
-        if own != group:
-            designs = np.append(designs, self._members[own])
-        if (known := self._known.get((what, own, group))) is None:
-            compute = self._mean if what == "mean" else self._multiplied
-            known = self._known[what, own, group] = compute(rows, designs)
-        return known[..., : len(self._members[group])] - known[..., designs == other]
+        own = int(self._block[other])
+        blocks = [self._blocks[which] for which in dict.fromkeys((place, own))]
+        if (known := self._known.get((what, own, place))) is None:
+            numbers = np.hstack([_in_rows(block, rows) for block in blocks])
+            known = numbers.mean(axis=0) if what == "mean" else self._multiplied(rows, numbers)
+            self._known[what, own, place] = known
+        designs = np.concatenate([block.designs for block in blocks])
+        return known[..., : len(blocks[0].designs)] - known[..., designs == other]
 
-    def _mean(self, rows: NDArray[np.intp], designs: NDArray[np.intp]) -> FloatArray:
-        return np.asarray(self._each[np.ix_(rows, designs)].mean(axis=0))
+    def _of_one(self, other: int, rows: NDArray[np.intp]) -> NDArray[np.float32]:
+        """Return (rows, 1) the deviations of a design from its mean over these rows."""
+        block = self._blocks[self._block[other]]
+        return _centred(_in_rows(block, rows)[:, block.designs == other])
 
-    def _deviations(self, other: int, group: int, rows: NDArray[np.intp]) -> NDArray[np.float32]:
-        own = int(self._group[other])
+    def _deviations(self, other: int, place: int, rows: NDArray[np.intp]) -> NDArray[np.float32]:
+        own = int(self._block[other])
         if self._away[0] != own:
             self._away = own, {}
         known = self._away[1]
-        if group not in known:
-            known[group] = self._centred(rows, self._members[group])
-        return known[group]
+        if place not in known:
+            known[place] = _centred(_in_rows(self._blocks[place], rows))
+        return known[place]
 
-    def _centred(self, rows: NDArray[np.intp], designs: NDArray[np.intp]) -> NDArray[np.float32]:
-        """Return (rows, designs) deviations from the means over these rows."""
-        block = self._each[np.ix_(rows, designs)]
-        return np.asarray(block - block.mean(axis=0), np.float32)
-
-    def _multiplied(self, rows: NDArray[np.intp], designs: NDArray[np.intp]) -> NDArray[np.float32]:
+    def _multiplied(self, rows: NDArray[np.intp], numbers: FloatArray) -> NDArray[np.float32]:
         """Return (draws, designs) normal variables with the covariances of the means over these rows.
 
         A period has the same multiplier in all of them, so that means over some of the periods hang together with
         those over all of them.
         """
-        multipliers = np.random.default_rng(0).standard_normal((self._draws, len(self._each)))[:, rows]
+        multipliers = self._multipliers.result()[:, rows]
         multipliers -= multipliers.mean(axis=1, keepdims=True)
-        return np.asarray(multipliers.astype(np.float32) @ self._centred(rows, designs) / np.float32(len(rows)))
+        return np.asarray(multipliers.astype(np.float32) @ _centred(numbers) / np.float32(len(rows)))
 
 
-def cut(each: FloatArray) -> tuple[FloatArray, NDArray[np.intp]]:
-    """Return the numbers of designs with far outliers, these cut, and which designs they are.
-
-    The mean of what is cut from above is no larger than the mean, so a design that is worse than another one by it is
-    worse. And it is known much better: a few periods that fail do not hide that all others are worse as well.
-
-    Args:
-        each: (periods, designs), NaN where a design does not have a period.
-    """
-    low, high, most = (np.full(each.shape[1], np.nan) for _ in range(3))
-    patterns, group = groups(~np.isnan(each))
-    for number, pattern in enumerate(patterns):
-        if pattern.any():
-            members = group == number
-            own = each[np.ix_(pattern, members)]
-            low[members], high[members] = np.quantile(own, (0.25, 0.75), axis=0)
-            most[members] = own.max(axis=0)
-    limit = high + _FAR_OUT * (high - low)
-    which = np.flatnonzero((high > low) & (most > limit))
-    return np.minimum(each[:, which], limit[which]), which
+def _in_rows(block: Block, rows: NDArray[np.intp]) -> FloatArray:
+    """Return the numbers of a block in some of its periods."""
+    return block.numbers if len(rows) == len(block.rows) else block.numbers[np.searchsorted(block.rows, rows)]
 
 
-def groups(has: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
-    """Return which periods the designs of each group have, (groups, periods), and the group of each design.
-
-    Whole columns are compared as bytes; `np.unique` compares them period by period, which takes a thousand times as
-    long.
-
-    Args:
-        has: (periods, designs) whether each design has each period.
-    """
-    packed = np.ascontiguousarray(np.packbits(has, axis=0).T)
-    keys = np.array([None, *(column.tobytes() for column in packed)], dtype=object)[1:]
-    _, first, group = np.unique(keys, return_index=True, return_inverse=True)
-    return has[:, first].T, group
+def _centred(numbers: FloatArray) -> NDArray[np.float32]:
+    """Return (rows, designs) deviations from the means."""
+    return np.asarray(numbers - numbers.mean(axis=0), np.float32)
 
 
 def reach(quantile: FloatArray | float, skew: FloatArray) -> FloatArray:

@@ -29,8 +29,9 @@ from scipy.special import stdtrit
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.best import CONFIDENCE, LAST_SHARE
+from rl_design_space.analysis.columns import Columns, cut
 from rl_design_space.analysis.leaders import SHARE, behind_leaders
-from rl_design_space.analysis.pairs import better, cut
+from rl_design_space.analysis.pairs import better
 
 #: Periods that all designs begin with, and factor from one look to the next.
 FIRST, GROWTH = 20, 1.5
@@ -82,7 +83,8 @@ def behind(values: Sequence[FloatArray], look: Look) -> NDArray[np.bool_]:
     means = np.array([values[design][: look.periods].mean() for design in racing.tolist()])
     leaders = racing[np.argsort(means, kind="stable")[:_LEADERS]]
     leading = np.stack([values[design][: look.periods] for design in leaders.tolist()], axis=1)
-    found = behind_leaders(matrix([each[: look.periods] for each in values]), look.error * SHARE)
+    until = [(np.arange(len(each))[: look.periods], each[: look.periods]) for each in values]
+    found = behind_leaders(Columns.of_designs(until, look.periods), look.error * SHARE)
     for count in np.unique(np.minimum(counts, look.periods)).tolist():
         group = np.flatnonzero(np.minimum(counts, look.periods) == count)
         each = np.stack([values[design][:count] for design in group.tolist()], axis=1)

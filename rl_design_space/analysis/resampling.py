@@ -36,8 +36,11 @@ def resample_weights(periods: int, seed: int = 0, resamples: int = RESAMPLES) ->
     Returns:
         (resamples, periods), each row sums to 1.
     """
-    rng = np.random.default_rng(seed)
-    weights: FloatArray = rng.multinomial(periods, np.full(periods, 1 / periods), size=resamples) / periods
+    rng, equal = np.random.default_rng(seed), np.full(periods, 1 / periods)
+    weights = np.empty((resamples, periods))
+    for rows in _blocks(resamples, periods):  # all counts at once would be as much memory again
+        weights[rows] = rng.multinomial(periods, equal, size=rows.stop - rows.start)
+    weights /= periods
     weights.setflags(write=False)  # cached, so it is shared
     return weights
 

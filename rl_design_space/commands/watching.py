@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from threading import Lock
 from time import monotonic
 from typing import TypeVar
 
@@ -31,8 +32,13 @@ def counting(what: str, total: int) -> Iterator[Callable[[], None]]:
         total: number of steps.
     """
     begun, bar, done = monotonic(), None, 0
+    lock = Lock()  # of threads that read runs
 
     def count() -> None:
+        with lock:
+            counted()
+
+    def counted() -> None:
         nonlocal bar, done
         done += 1
         if bar is None and sys.stderr.isatty() and monotonic() - begun > _PATIENCE:

@@ -143,7 +143,8 @@ class LearningCurves:
     @cached_property
     def curves(self) -> dict[str, FloatArray]:
         """Every learning curve by its name, each (trials,)."""
-        q10, median, q90 = np.quantile(self.steps, (0.1, 0.5, 0.9), axis=0)
+        # NumPy sorts integers with vector instructions, but selects quantiles without: sorting first halves the time.
+        q10, median, q90 = np.quantile(np.sort(self.steps, axis=0), (0.1, 0.5, 0.9), axis=0)
         return {
             "steps/mean": self.steps.mean(axis=0),
             "steps/median": median,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -17,18 +19,40 @@ from rl_design_space.report.points import Point
 
 #: Ratio to the optimum from which on the best memoryless policy is a baseline of its own.
 MORE = 1.001
+#: Levels of a panel of which nothing is recorded.
+NO_LEVELS: Mapping[str, float] = MappingProxyType({"optimum": math.nan, "random_walk": math.nan})
 
 
-def levels(seeds: Sequence[Point], result: LearningCurves | None) -> dict[str, float]:
-    """Return the steps of a trial of the best policy, and of a random walk, on the layouts of a result."""
-    if result is None:
-        return {"optimum": float("nan"), "random_walk": float("nan")}
+def line_baselines(
+    points: Mapping[tuple[str, str], Sequence[Point]], results: Mapping[tuple[str, str], LearningCurves | None]
+) -> tuple[dict[tuple[str, str], float], dict[str, Mapping[str, float]]]:
+    """Return the baselines of recorded lines, in steps of a trial.
+
+    Args:
+        points: of each line, by the names of its panel and its own.
+        results: of each line; None if it is not recorded.
+
+    Returns:
+        The best memoryless policy of each line, NaN if it is not known; and by panel the best policy (`optimum`) and
+        the random walk (`random_walk`) on the layouts of its first line.
+    """
+    known: dict[str, FloatArray] = {}
+    recorded = {names: result for names, result in results.items() if result}
+    memoryless = {names: _memoryless_level(points[names], known) for names in recorded}
+    panels: dict[str, Mapping[str, float]] = {}
+    for names, result in recorded.items():
+        if names[0] not in panels:
+            panels[names[0]] = _levels(points[names], result)
+    return memoryless, panels
+
+
+def _levels(seeds: Sequence[Point], result: LearningCurves) -> Mapping[str, float]:
     layouts = np.concatenate([layouts_of(point.planned.point) for point in seeds])
     walk = random_walk_steps(result.point.world, layouts)
     return {"optimum": float(result.optimum.mean()), "random_walk": walk}
 
 
-def memoryless_level(seeds: Sequence[Point], known: dict[str, FloatArray]) -> float:
+def _memoryless_level(seeds: Sequence[Point], known: dict[str, FloatArray]) -> float:
     """Return the steps of a trial of the best memoryless policy, mean over layouts; NaN if it is not known.
 
     Args:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rl_design_space.analysis.best import RESAMPLES, BestSet, best_set
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import ONLY_SCALARS, measure
-from rl_design_space.report.designs import Designs, Numbers
+from rl_design_space.report.designs import Designs, Numbers, OwnNumbers
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
 
@@ -42,7 +42,7 @@ def among_best(cells: Sequence[Sequence[Point]], runs: Runs, value: str) -> list
     return [bool(points) and next(inside) for points in recorded]
 
 
-def compared(numbers: Numbers, periods: int, value: str) -> BestSet:
+def compared(numbers: Numbers | OwnNumbers, periods: int, value: str) -> BestSet:
     """Return which designs cannot be told from the best by their numbers of a measure."""
     descending = measure(value).largest_is_best
     return best_set(numbers.value, numbers.samples, numbers.each, periods=periods, largest_is_best=descending)

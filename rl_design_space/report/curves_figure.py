@@ -15,14 +15,14 @@ from matplotlib.ticker import PercentFormatter
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.learning_curves import curve_frame, curve_summary
 from rl_design_space.config.build import construct
 from rl_design_space.learning.measures import FINAL_TRIALS, NEAR
 from rl_design_space.report.base import MAIN, Frames, Report, Text
-from rl_design_space.report.baselines import MORE, above_optimum, levels, memoryless_level, told_of_memoryless
+from rl_design_space.report.baselines import MORE, NO_LEVELS, above_optimum, line_baselines, told_of_memoryless
+from rl_design_space.report.beside import beside
 from rl_design_space.report.fitting import break_headings
 from rl_design_space.report.look import Look
 from rl_design_space.report.markdown import table
@@ -135,33 +135,30 @@ class CurvesFigure(Report):
         """
         points = self.points(runs)
         results = {names: runs.pooled(seeds) for names, seeds in points.items()}
+        baselines = beside(lambda: line_baselines(points, results))
         curves = [
             curve_frame(result).assign(panel=panel, line=line)[_CURVE_COLUMNS]
             for (panel, line), result in results.items()
             if result
         ]
-        known: dict[str, FloatArray] = {}
         summaries = {tuple(points[names]): curve_summary(result) for names, result in results.items() if result}
+        exploration = self._exploration(runs, summaries)
+        memoryless, of_panels = baselines()
         lines = [
             {
                 "panel": panel,
                 "line": line,
                 "command": _missing(points[panel, line]).planned.command,
-                "memoryless": memoryless_level(points[panel, line], known) if result else float("nan"),
+                "memoryless": memoryless.get((panel, line), float("nan")),
                 "total_steps": float("nan"),
                 **(summaries[tuple(points[panel, line])] if result else {}),
             }
             for (panel, line), result in results.items()
         ]
-        panels = []
-        for panel in self.built_panels():
-            recorded = (names for names, result in results.items() if names[0] == panel.title and result)
-            first = next(recorded, None)
-            drawn = levels(points[first], results[first]) if first else levels([], None)
-            panels.append({"panel": panel.title, **drawn})
+        panels = [{"panel": panel.title, **of_panels.get(panel.title, NO_LEVELS)} for panel in self.built_panels()]
         return {
             MAIN: pd.concat(curves) if curves else pd.DataFrame(columns=_CURVE_COLUMNS),
-            EXPLORATION: self._exploration(runs, summaries),
+            EXPLORATION: exploration,
             LINES: pd.DataFrame(lines),
             PANELS: pd.DataFrame(panels),
             STAGES: stage_frame(points, results),

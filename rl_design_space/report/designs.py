@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import chain, islice
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.averaging import pooled
+from rl_design_space.analysis.columns import Columns
 from rl_design_space.analysis.factorial import Grids, grids
-from rl_design_space.analysis.pairs import groups
 from rl_design_space.analysis.scales import SCALES
 from rl_design_space.analysis.statistics import resample_weights
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import canonical, measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
+from rl_design_space.report.ahead import ahead
 from rl_design_space.report.parameters import PERIODS, SEED, label, order, text
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
@@ -50,6 +54,21 @@ class Numbers:
     value: FloatArray
     samples: FloatArray
     each: FloatArray | None
+
+
+@dataclass(frozen=True)
+class OwnNumbers:
+    """A number of each design over all its periods, of which some designs have more than others.
+
+    Attributes:
+        value: (designs,)
+        samples: (resamples, designs) numbers of resampled periods, the same in all designs that have the same periods.
+        each: of which the numbers are means.
+    """
+
+    value: FloatArray
+    samples: FloatArray
+    each: Columns
 
 
 class Designs:
@@ -144,9 +163,9 @@ class Designs:
         Raises:
             ConfigError: there is one design only, or no two are equal in all choices but one.
         """
-        if not self.names:
+        if not (names := self.names):
             raise ConfigError("these runs differ in nothing but their seed and number of periods; choose more runs")
-        return grids(self.parameters, self.names)
+        return grids(self.parameters, names)
 
     def results(self, what: str = "reading runs") -> Iterator[LearningCurves]:
         """Yield the result of each design: its common periods, one seed after the other.
@@ -159,14 +178,15 @@ class Designs:
 
     def _whole_results(self, what: str) -> Iterator[list[LearningCurves]]:
         """Yield the results of each design, one for each seed."""
-        for seeds in self._runs.watch(self._points, what):
-            parts = []
-            for seed in self.seeds:
-                result = self._runs.result(seeds[seed])
-                assert result is not None  # of a recorded point
-                self._runs.forget(seeds[seed])
-                parts.append(result)
-            yield parts
+        found = ahead(self._result, [seeds[seed] for seeds in self._points for seed in self.seeds])
+        for _ in self._runs.watch(self._points, what):
+            yield list(islice(found, len(self.seeds)))
+
+    def _result(self, point: Point) -> LearningCurves:
+        result = self._runs.result(point)
+        assert result is not None  # of a recorded point
+        self._runs.forget(point)
+        return result
 
     def numbers(
         self, name: str, resamples: int, also: Callable[[LearningCurves], FloatArray] | None = None
@@ -195,44 +215,33 @@ class Designs:
             if also:
                 more.append(also(result))
         if each:
-            return of_periods(np.stack(each, axis=1), resamples), more
+            every = np.stack(each, axis=1)
+            columns = Columns.of_array(every)
+            value = every.mean(axis=0) if columns.is_even else columns.means
+            return Numbers(value, _samples(columns, lambda size: resample_weights(size, 0, resamples)), every), more
         return Numbers(np.concatenate(values), np.stack(samples, axis=1), None), more
 
-    def of_own_periods(self, name: str, resamples: int) -> Numbers | None:
-        """Return a measure of each design over all its periods, NaN for those that only others have.
+    def of_own_periods(self, name: str, resamples: int) -> OwnNumbers | None:
+        """Return a measure of each design over all its periods.
 
         None if all designs have the same number, or the measure is no mean of periods.
         """
         if self.most_periods == self.periods:
             return None
         measured = measure(name)
-        lengths = {seed: max(_periods(each[seed]) for each in self._points) for seed in self.seeds}
-        each = np.full((sum(lengths.values()), len(self)), np.nan)
-        for design, parts in enumerate(self._whole_results("reading runs")):
-            begin = 0
-            for part, length in zip(parts, lengths.values(), strict=True):
-                numbers = measured.each(part)
-                if numbers is None:
-                    return None
-                each[begin : begin + len(numbers), design] = numbers
-                begin += length
-        return of_periods(each, resamples)
-
-
-def of_periods(each: FloatArray, resamples: int) -> Numbers:
-    """Return the means of (periods, designs) numbers, with resampled ones; NaN where a design does not have a period.
-
-    The same periods are resampled in all designs that have the same.
-    """
-    has = ~np.isnan(each)
-    if has.all():
-        return Numbers(each.mean(axis=0), resample_weights(len(each), 0, resamples) @ each, each)
-    samples = np.empty((resamples, each.shape[1]))
-    patterns, group = groups(has)
-    for number, pattern in enumerate(patterns):
-        members = group == number
-        samples[:, members] = resample_weights(int(pattern.sum()), 0, resamples) @ each[np.ix_(pattern, members)]
-    return Numbers(np.nanmean(each, axis=0), samples, each)
+        read = ([measured.each(part) for part in parts] for parts in self._whole_results("reading runs"))
+        first = next(read)
+        if any(numbers is None for numbers in first):
+            return None
+        starts = np.cumsum([0, *(max(_periods(each[seed]) for each in self._points) for seed in self.seeds)])
+        sizes = {sum(_periods(each[seed]) for seed in self.seeds) for each in self._points}
+        with ThreadPoolExecutor(1) as pool:  # weights of 20,000 periods take as long as a thousand files
+            drawn = {size: pool.submit(resample_weights, size, 0, resamples) for size in sorted(sizes, reverse=True)}
+            each = Columns.of_designs((_known(parts, starts) for parts in chain([first], read)), int(starts[-1]))
+            samples = _samples(
+                each, lambda size: drawn[size].result() if size in drawn else resample_weights(size, 0, resamples)
+            )
+        return OwnNumbers(each.means, samples, each)
 
 
 def chosen(runs: Runs, given: Mapping[str, Any]) -> list[Point]:
@@ -253,6 +262,31 @@ def given_label(given: Mapping[str, Any]) -> str:
     """Return what is given as the end of a heading; empty if nothing is."""
     values = [",".join(map(text, value)) if isinstance(value, list) else value for value in given.values()]
     return f", given {label(given, values)}" if given else ""
+
+
+def _samples(each: Columns, weights: Callable[[int], FloatArray]) -> FloatArray:
+    """Return (resamples, designs) means of resampled periods, the same in all designs that have the same.
+
+    Args:
+        each: numbers of the periods.
+        weights: returns (resamples, periods) the weights of so many periods.
+    """
+    parts = [weights(len(block.rows)) @ block.numbers for block in each.blocks]
+    return np.concatenate(parts, axis=1)[:, np.argsort(np.concatenate([block.designs for block in each.blocks]))]
+
+
+def _known(numbers: Sequence[FloatArray | None], starts: NDArray[np.intp]) -> tuple[NDArray[np.intp], FloatArray]:
+    """Return the periods of a design whose number is known, and their numbers.
+
+    Args:
+        numbers: of each seed.
+        starts: first period of each seed.
+    """
+    parts = [part for part in numbers if part is not None]
+    every = np.concatenate(parts)
+    rows = np.concatenate([start + np.arange(len(part)) for part, start in zip(parts, starts, strict=False)])
+    known = ~np.isnan(every)
+    return rows[known], every[known]
 
 
 def _first(result: LearningCurves, periods: int) -> LearningCurves:

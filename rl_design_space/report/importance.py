@@ -23,6 +23,7 @@ from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report import style
+from rl_design_space.report.ahead import ahead
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.designs import Designs, Numbers, ScaleName, chosen, given_label
 from rl_design_space.report.grids import gap_remarks
@@ -166,12 +167,16 @@ def _frame(whole: Decomposition) -> pd.DataFrame:
 
 def _trial_frame(grids: Grids, values: FloatArray, edges: NDArray[np.intp], runs: Runs) -> pd.DataFrame:
     rows: list[dict[str, Any]] = []
-    for place in runs.watch(range(values.shape[2]), "decomposing by trial"):
-        parts = [
+    places = range(values.shape[2])
+    of_places = (
+        [
             Cells.of_periods(tuple(f.name for f in part.factors), values[:, part.points, place], _RESAMPLES)
             for part in grids.parts
         ]
-        whole = decomposed(parts)
+        for place in places
+    )
+    watched = runs.watch(places, "decomposing by trial")
+    for place, whole in zip(watched, ahead(decomposed, of_places), strict=True):
         trials = {"first_trial": int(edges[place]), "last_trial": int(edges[place + 1]) - 1}
         rest: list[tuple[str, Estimate]] = [("", whole.rest)] if len(grids.factors) > 2 else []
         for effect, share in [*((each.effect, each.share) for each in whole.effects), *rest]:

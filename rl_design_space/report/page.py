@@ -5,8 +5,6 @@ from __future__ import annotations
 import base64
 import math
 import re
-import sys
-import threading
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -29,6 +27,7 @@ from rl_design_space._version import __version__
 from rl_design_space.config import user_config
 from rl_design_space.learning.cores import available_threads
 from rl_design_space.plan.study import Study
+from rl_design_space.report.beside import can_be_copied
 from rl_design_space.report.page_claims import PageClaim, page_claims
 from rl_design_space.report.written import MainNumbers, Written, numbers_of
 
@@ -154,12 +153,11 @@ def _write_all(
     workers = min(available_threads(), len(parts))
     if workers == 1 or len(parts) < _MANY:
         return [_write(part, reader, folder, look) for part in parts]
-    # Copies of this process need not import anything again; with other threads, a copy may wait for a lock for ever.
-    is_alone = sys.platform == "linux" and threading.active_count() == 1
-    if is_alone:
+    is_copied = can_be_copied()
+    if is_copied:  # copies need not import anything again
         for part in parts:
             part.report()  # imports what writes it
-    with ProcessPoolExecutor(workers, get_context("fork" if is_alone else "spawn")) as pool:
+    with ProcessPoolExecutor(workers, get_context("fork" if is_copied else "spawn")) as pool:
         # Those that take longest first, so that none of them is left at the end: what needs no points is computed.
         order = sorted(range(len(parts)), key=lambda index: -(len(parts[index].plan) or math.inf))
         writing = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import pandas as pd
@@ -151,8 +151,14 @@ def points_of_frame(frame: pd.DataFrame, *, every: bool = True) -> list[Point]:
         every: whether runs with fewer periods are included of which there are longer ones.
     """
     points = []
-    for record in frame.drop_duplicates("fingerprint").reset_index().to_dict("records"):
-        there = {visible(str(name)): _shown(value) for name, value in record.items() if not pd.isna(value)}
+    once = frame.drop_duplicates("fingerprint").reset_index()
+    names, shown = [visible(str(name)) for name in once], lru_cache(maxsize=None)(visible)
+    for record, known in zip(once.to_dict("records"), once.notna().to_numpy(), strict=True):
+        there: dict[str, Any] = {
+            name: shown(value) if isinstance(value, str) else value
+            for name, value, is_known in zip(names, record.values(), known.tolist(), strict=True)
+            if is_known
+        }
         scalars = {name: there.pop(name) for name in list(there) if name in SCALARS or is_scalar_name(name)}
         run = StoredRun(record["run_id"], scalars=scalars, artifacts=record["artifacts"])
         parameters = {name: value for name, value in there.items() if name not in ABOUT}
@@ -193,10 +199,6 @@ def frame_with_defaults(frame: pd.DataFrame) -> pd.DataFrame:
         filled[frame[name].isna()] = [None if value is None else comparable(value) for value in values]
         found[name] = filled.infer_objects()
     return found
-
-
-def _shown(value: Any) -> Any:
-    return visible(value) if isinstance(value, str) else value
 
 
 def other_samples(points: Iterable[Point], of: Iterable[Point]) -> list[Point]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from contextlib import ContextDecorator
+from contextlib import ContextDecorator, suppress
 from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullForma
 from matplotlib.transforms import ScaledTranslation
 
 from rl_design_space._arrays import FloatArray
+from rl_design_space.report.beside import beside
 
 #: Colours that can be told apart by colour-blind readers (Okabe and Ito).
 BLUE, VERMILION, ORANGE, GREEN = "#0072b2", "#d55e00", "#e69f00", "#009e73"
@@ -172,9 +173,14 @@ def save(figure: Figure, stem: Path, dots_per_inch: float = DOTS_PER_INCH, *, pd
     png, svg = (stem.with_name(f"{stem.name}{suffix}") for suffix in (".png", ".svg"))
     figure.set_dpi(dots_per_inch)
     # The canvases, because `Figure.savefig` draws everything once more before each file.
-    FigureCanvasAgg(figure).print_png(png)  # type: ignore[no-untyped-call]
-    figure.set_layout_engine("none")  # the places of all parts are known now; to find them takes as long as to draw
-    FigureCanvasSVG(figure).print_svg(svg, metadata={"Date": None})  # type: ignore[no-untyped-call]
+    canvas = FigureCanvasAgg(figure)
+    if layout := figure.get_layout_engine():
+        with suppress(ValueError):  # as in `Figure.draw`
+            layout.execute(figure)
+        figure.set_layout_engine("none")  # the places of all parts are known now; to find them takes as long as to draw
+    svg_written = beside(lambda: FigureCanvasSVG(figure).print_svg(svg, metadata={"Date": None}))  # type: ignore[no-untyped-call]
+    canvas.print_png(png)  # type: ignore[no-untyped-call]
+    svg_written()
     paths = [png, svg]
     if pdf:
         from matplotlib.backends.backend_pdf import FigureCanvasPdf

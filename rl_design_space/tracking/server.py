@@ -144,7 +144,7 @@ class ServerQueries:
         return own or list(self._search(experiment, asked))
 
     def _every(self, experiment: str) -> list[FoundRun]:
-        return search_many(self._client(), experiment, _COMPLETE, _RUNS_PER_PAGE)
+        return search_many(self._client(), experiment, _COMPLETE)
 
     def _search(self, experiment: str, filter_: str) -> Iterator[FoundRun]:
         return search_runs(self._client(), experiment, filter_, _RUNS_PER_PAGE)

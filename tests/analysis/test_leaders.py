@@ -5,9 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rl_design_space.analysis import leaders
 from rl_design_space.analysis.best import best_means
-from rl_design_space.analysis.leaders import behind_leaders, leading
-from rl_design_space.analysis.pairs import groups
+from rl_design_space.analysis.columns import Columns, groups
+
+
+def leading(each: np.ndarray) -> np.ndarray:
+    return leaders.leading(Columns.of_array(each))
+
+
+def behind_leaders(each: np.ndarray, error: float) -> np.ndarray:
+    return leaders.behind_leaders(Columns.of_array(each), error)
 
 
 def test_the_leaders_of_a_period_are_chosen_by_those_before_it():

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rl_design_space.learning.archive import read_arrays
+from rl_design_space.learning.archive import read_arrays, write_arrays
 
 
 class _Runs:
@@ -26,6 +26,25 @@ def test_a_pickle_in_a_file_is_refused_and_not_run(tmp_path: Path):
     with pytest.raises(ValueError, match="allow_pickle"):
         read_arrays(tmp_path / "periods.npz")
     assert not (tmp_path / "run").exists()
+
+
+def test_objects_are_not_written(tmp_path: Path):
+    with pytest.raises(ValueError, match="Python objects"):
+        write_arrays(tmp_path / "periods.npz", {"steps": np.array([None])})
+
+
+def test_members_are_those_that_numpy_writes(tmp_path: Path):
+    arrays = {
+        "rows": np.arange(6, dtype=np.uint16).reshape(2, 3),
+        "column": np.arange(6.0).reshape(2, 3)[:, 1],
+        "empty": np.empty((0, 4), dtype=bool),
+        "number": np.array(3.5),
+    }
+    write_arrays(tmp_path / "arrays.npz", arrays)
+    with zipfile.ZipFile(tmp_path / "arrays.npz") as archive:
+        for name, array in arrays.items():
+            np.save(tmp_path / "array.npy", array)
+            assert archive.read(f"{name}.npy") == (tmp_path / "array.npy").read_bytes()
 
 
 def test_arrays_are_those_that_numpy_reads(tmp_path: Path):

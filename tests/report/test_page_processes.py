@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from rl_design_space.report import page
+from rl_design_space.report import beside, page
 from rl_design_space.tracking.reader import NoRuns
 
 
@@ -40,7 +40,6 @@ def pools(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, str]]:
 
     monkeypatch.setattr(page, "ProcessPoolExecutor", pool)
     monkeypatch.setattr(page, "get_context", str)
-    monkeypatch.setattr(page.sys, "platform", "linux")
     return made
 
 
@@ -59,7 +58,8 @@ def written(monkeypatch: pytest.MonkeyPatch) -> list[Part]:
 
 def write_all(cores: int, threads: int, parts: list[Part], monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.setattr(page, "available_threads", lambda: cores)
-    monkeypatch.setattr(page.threading, "active_count", lambda: threads)
+    monkeypatch.setattr(beside.sys, "platform", "linux")
+    monkeypatch.setattr(beside.threading, "active_count", lambda: threads)
     return [path.name for paths in page._write_all(parts, NoRuns(), Path()) for path in paths]
 
 

@@ -95,7 +95,7 @@ def test_a_server_is_asked_for_both(monkeypatch: pytest.MonkeyPatch):
     tags = {"fingerprint": "ab", "precision": "in words", "precision.cd": "40, not reached", "study.mine": "true"}
     run, asked = FoundRun("id", "", 0, 0, "uri", {}, {"total_steps": 3.0}, tags), []
 
-    def search(client: object, experiment: str, wanted: str, per_page: int):
+    def search(client: object, experiment: str, wanted: str, per_page: int = 0):
         asked.append(wanted)
         return iter([run] if "'ab'" in wanted or "`precision.cd` LIKE '%'" in wanted else [])
 
