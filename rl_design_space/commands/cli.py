@@ -6,7 +6,7 @@ import sys
 
 from rl_design_space._paths import make_plugins_known
 from rl_design_space._version import __version__
-from rl_design_space.commands.interrupts import handle_interrupts
+from rl_design_space.commands.interrupts import end_quickly, handle_interrupts
 from rl_design_space.commands.messages import shown_as_messages
 from rl_design_space.config import user_config
 
@@ -17,6 +17,7 @@ def main() -> None:
     Everything that takes time to import is imported inside, where an interrupt is no traceback.
     """
     handle_interrupts()
+    end_quickly()
     with shown_as_messages():
         from rl_design_space.commands import completion, words
 

@@ -1,7 +1,9 @@
-"""Ctrl-C and SIGTERM: the first ends a command in good order, a later one ends it at once."""
+"""How a command ends: the first Ctrl-C or SIGTERM ends it in good order, a later one at once."""
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import signal
 from collections.abc import Callable
@@ -49,3 +51,11 @@ def handle_interrupts() -> None:
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, handler)
     signal.signal(signal.SIGTERM, handler)
+
+
+def end_quickly() -> None:
+    """Leave all memory to the operating system when the process ends, in which Python looks for garbage otherwise.
+
+    That takes 0.2 to 0.6 s, after everything is done and printed: imports make hundreds of thousands of objects.
+    """
+    atexit.register(gc.freeze)

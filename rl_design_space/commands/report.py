@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from rl_design_space._version import __version__
 from rl_design_space.commands.arguments import Parser
 from rl_design_space.commands.folders import report_folder
-from rl_design_space.commands.interrupts import handle_interrupts
+from rl_design_space.commands.interrupts import end_quickly, handle_interrupts
 from rl_design_space.commands.look_arguments import add_look, named_by_flags, take_look
 from rl_design_space.commands.messages import shown_as_messages, tell
 from rl_design_space.config import user_config
@@ -36,6 +36,7 @@ def main() -> None:
     """Write a report; an error that the user can fix is one message and exit status 2."""
     handle_interrupts()
     gc.set_threshold(*_COLLECTION)
+    end_quickly()
     with shown_as_messages():
         from rl_design_space.commands import completion, figure_words
 

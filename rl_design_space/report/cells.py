@@ -19,6 +19,8 @@ from rl_design_space.report.look import COLOURS
 
 _HATCH: dict[str, Any] = {"hatch": "///", "fill": False, "edgecolor": "0.6"}
 
+#: Label of an axis whose patches are cells of a side of 1, and whose annotations are headings of groups of columns.
+CELLS = "cells"
 #: Height within the cell, text, and its style.
 Line = tuple[float, str, dict[str, Any]]
 

@@ -9,11 +9,13 @@ from itertools import pairwise
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
-from matplotlib.text import Text
+from matplotlib.text import Annotation, Text
 
 from rl_design_space.report.best_set import STAR
+from rl_design_space.report.cells import CELLS
 
 _UPRIGHT = 90
+_POINTS_PER_INCH = 72
 #: Points: least size of text in cells.
 _SMALLEST = 4.0
 #: Share of its cell that text may have, and letters between two names side by side.
@@ -22,6 +24,8 @@ _OF_CELL, _GAP = 0.94, 0.6
 
 def part_ticks(figure: Figure) -> bool:
     """Break names beside an axis if they overlap, or turn them upright, and leave out what still overlaps.
+
+    Headings of groups of columns, which are above their names, are turned and raised likewise.
 
     Args:
         figure: the picture, after its parts have their places.
@@ -34,18 +38,27 @@ def part_ticks(figure: Figure) -> bool:
         labels = _shown(axes)
         if not (axes.get_visible() and axes.axison) or {label.get_rotation() for label in labels} - {0, _UPRIGHT}:
             continue
+        turned |= _turn_headings(axes)
         if not any(_touch(one, other) for one, other in pairwise(labels)):
             continue
+        before = _height(labels)
         are_names = _is_table(axes) or any(letter.isalpha() for label in labels for letter in label.get_text())
         if are_names and any(" " in label.get_text() for label in labels):
             names = [label.get_text().replace(" ", "\n") for label in labels]
             axes.xaxis.set_ticks(axes.xaxis.get_ticklocs(), names)
             labels, turned = _shown(axes), True
+            _raise_headings(axes, _height(labels) - before)
             if not any(_touch(one, other) for one, other in pairwise(labels)):
                 continue
         if are_names and not any(label.get_rotation() for label in labels):
+            before = _height(labels)
             for label in labels:
                 label.set(rotation=_UPRIGHT)
+            if any(_touch(one, other) for one, other in pairwise(labels)):  # names in one line are narrower now
+                names = [label.get_text().replace("\n", " ") for label in labels]
+                axes.xaxis.set_ticks(axes.xaxis.get_ticklocs(), names)
+                labels = _shown(axes)
+            _raise_headings(axes, _height(labels) - before)
             turned = True
         _thin_out(labels)
     return turned
@@ -54,24 +67,53 @@ def part_ticks(figure: Figure) -> bool:
 def _shown(axes: Axes) -> list[Text]:
     """Return the labels of the ticks that are below an axis, or above it where nothing else is written."""
     top = axes.get_window_extent().y1
-    is_free = not any(text.get_window_extent().y0 > top for text in axes.texts)
+    is_free = not any(text.get_window_extent().y0 > top for text in axes.texts if not isinstance(text, Annotation))
     ticks = axes.xaxis.get_major_ticks()
     labels = [label for tick in ticks for label in (tick.label1, *([tick.label2] if is_free else []))]
     return [label for label in labels if label.get_visible() and label.get_text()]
+
+
+def _headings(axes: Axes) -> list[Annotation]:
+    """Return the headings of groups of columns, from left to right."""
+    found = [text for text in axes.texts if isinstance(text, Annotation)] if axes.get_label() == CELLS else []
+    return sorted(found, key=lambda text: text.xy[0])
+
+
+def _turn_headings(axes: Axes) -> bool:
+    """Turn the headings of groups of columns upright if they overlap; return whether they do."""
+    headings = _headings(axes)
+    if not any(_touch(one, other) for one, other in pairwise(headings)):
+        return False
+    for heading in headings:
+        heading.set(rotation=_UPRIGHT)
+    return True
+
+
+def _raise_headings(axes: Axes, higher: float) -> None:
+    """Move the headings of groups of columns up, by pixels."""
+    for heading in _headings(axes):
+        x, y = heading.xyann
+        heading.xyann = (x, y + higher * _POINTS_PER_INCH / axes.get_figure(root=True).dpi)  # type: ignore[union-attr]
+
+
+def _height(labels: Sequence[Text]) -> float:
+    """Return the height of the highest of these texts in pixels."""
+    return max(float(label.get_window_extent().height) for label in labels)
 
 
 def fit_cells(figure: Figure) -> None:
     """Shrink text that is wider than its cell; leave out what could not be read.
 
     The largest text, which is the number of a cell, is of one size in all cells. Where it has no room, it is upright
-    if cells are high enough, and alone. A star stays in any case.
+    if cells are high enough, and alone. A star stays in any case. In tables whose rows are different numbers, a row has
+    its numbers if all of them can be read.
     """
     for axes in figure.axes:
         if not _is_table(axes):
             continue
         (left, right), (below, above), room = axes.get_xlim(), axes.get_ylim(), axes.get_window_extent()
         width, height = _OF_CELL * room.width / abs(right - left), _OF_CELL * room.height / abs(above - below)
-        lines = _by_line([text for text in axes.texts if text.get_text()])
+        lines = _by_line([text for text in axes.texts if text.get_text() and not isinstance(text, Annotation)])
         numbers, *others = [lines[line] for line in sorted(lines, reverse=True)]
         if not _fit(numbers, width):
             if _fit(numbers, height, width):
@@ -83,10 +125,11 @@ def fit_cells(figure: Figure) -> None:
             for text in (each for line in others for each in line):
                 text.set_visible(False)
             continue
-        for line in others:
+        each_row = axes.get_label() == CELLS
+        for line in (part for other in others for part in (_rows(other) if each_row else [other])):
             fitting = [_fit([text], width) for text in line]
             for text, fits in zip(line, fitting, strict=True):
-                text.set_visible(fits and 2 * sum(fitting) >= len(line))
+                text.set_visible(all(fitting) if each_row else fits and 2 * sum(fitting) >= len(line))
 
 
 def _by_line(texts: Sequence[Text]) -> dict[tuple[float, float], list[Text]]:
@@ -96,6 +139,14 @@ def _by_line(texts: Sequence[Text]) -> dict[tuple[float, float], list[Text]]:
         size, height = round(float(text.get_fontsize()), 3), round(float(text.get_position()[1]) % 1, 3)
         lines.setdefault((size, height), []).append(text)
     return lines
+
+
+def _rows(texts: Sequence[Text]) -> list[list[Text]]:
+    """Return texts by the row of their cells."""
+    rows: dict[int, list[Text]] = {}
+    for text in texts:
+        rows.setdefault(int(text.get_position()[1]), []).append(text)
+    return list(rows.values())
 
 
 def _fit(texts: Sequence[Text], along: float, across: float = math.inf) -> bool:
@@ -116,7 +167,8 @@ def _fit(texts: Sequence[Text], along: float, across: float = math.inf) -> bool:
 
 
 def _is_table(axes: Axes) -> bool:
-    return bool(axes.texts) and any(isinstance(each, QuadMesh) for each in axes.collections)
+    has_cells = axes.get_label() == CELLS or any(isinstance(each, QuadMesh) for each in axes.collections)
+    return has_cells and bool(axes.texts)
 
 
 def _touch(one: Text, other: Text) -> bool:

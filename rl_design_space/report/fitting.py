@@ -15,7 +15,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from rl_design_space.errors import ConfigError
 from rl_design_space.report.crowded import fit_cells, part_ticks
-from rl_design_space.report.room import has_room
+from rl_design_space.report.room import cut_empty_height, has_room, keep_inside
 
 #: Points: size of most text in pictures of their own size, and the least that it shrinks to by itself.
 USUAL, SMALLEST = 9.0, 6.0
@@ -39,6 +39,7 @@ def fit(figure: Figure, width: float | None, height: float | None, font_size: fl
 
     Text shrinks with the width, but not below 6 points, and never grows by itself. A picture is only lower than it was
     as far as its text is smaller, so that rows of text do not overlap, and higher by the legends that are put below.
+    What square cells leave empty above and below them is cut.
 
     Args:
         figure: the picture, before it was drawn on a canvas.
@@ -63,6 +64,9 @@ def fit(figure: Figure, width: float | None, height: float | None, font_size: fl
     # Names that turn need more room, which there may not be.
     if not has_room(figure) or (part_ticks(figure) and not has_room(figure)):
         raise _no_room(before.tolist(), width, height, font_size)
+    if height is None and cut_empty_height(figure):
+        has_room(figure)
+    keep_inside(figure)
     fit_cells(figure)
 
 
@@ -180,7 +184,10 @@ def _break_names(axes: Axes) -> float:
         return 0.0
     width, height = figure.get_size_inches()
     size = float(axes.yaxis.get_major_ticks()[0].label1.get_fontsize())
-    broken = [_broken(name, _NAMES * width, size) for name in names]
+    # Of that of its part of the picture, unless a word needs more.
+    word = _inches(max(len(word) for name in names for word in name.split()) + 1, size)
+    inches = _NAMES * width * max(_share(axes)[0], min(1.0, word / (_NAMES * width)))
+    broken = [_broken(name, inches, size) for name in names]
     if broken != names:
         axes.yaxis.set_ticks(axes.yaxis.get_ticklocs(), broken)
     lines = max(name.count("\n") + 1 for name in broken)

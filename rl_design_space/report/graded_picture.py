@@ -13,7 +13,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.patches import Rectangle
 
-from rl_design_space.report.cells import Line, hatch, write
+from rl_design_space.report.cells import CELLS, Line, hatch, write
 from rl_design_space.report.coloured_cells import draw_cells
 from rl_design_space.report.definitions import in_order
 from rl_design_space.report.grading import GRADES
@@ -104,7 +104,7 @@ def _draw_definitions(figure: FigureBase, definitions: pd.DataFrame, labels: Map
     rows = list(definitions["row"].unique())
     settings = _settings(definitions)
     wide = len(rows) + 1
-    axis = figure.subplots()
+    axis = figure.subplots(subplot_kw={"label": CELLS})
     ticks: list[tuple[float, str, bool]] = []
     y = 0
     for column, of_column in definitions.groupby("column", sort=False):

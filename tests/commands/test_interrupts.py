@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import signal
+from contextlib import suppress
+from types import ModuleType
 
 import pytest
 
+from rl_design_space.commands import cli, report
 from rl_design_space.commands.interrupts import Interrupts
 
 
@@ -21,3 +25,15 @@ def test_impatient_interrupts_are_one_and_a_later_one_ends_the_process(capfd: py
     handler(signal.SIGTERM, None)
     assert ended == [130]
     assert capfd.readouterr().err == "interrupted again: ended at once; run the same command again to continue\n"
+
+
+@pytest.mark.parametrize("command", [cli, report])
+def test_a_command_ends_without_looking_for_garbage(command: ModuleType, monkeypatch: pytest.MonkeyPatch):
+    at_exit: list[object] = []
+    monkeypatch.setattr("atexit.register", at_exit.append)
+    monkeypatch.setattr(command, "handle_interrupts", lambda: None)
+    monkeypatch.setattr("gc.set_threshold", lambda *_: None)
+    monkeypatch.setattr("sys.argv", ["command", "--version"])
+    with suppress(SystemExit):
+        command.main()
+    assert gc.freeze in at_exit

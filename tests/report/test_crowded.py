@@ -8,10 +8,15 @@ import matplotlib.pyplot as plt
 import pandas as pd
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.text import Annotation
 
 from rl_design_space.report import Heatmap, Interactions
 from rl_design_space.report.base import MAIN
+from rl_design_space.report.cells import colour_cells
+from rl_design_space.report.definitions import COLUMNS
 from rl_design_space.report.fitting import fit
+from rl_design_space.report.graded_picture import draw_table
 from rl_design_space.report.many import apart
 
 
@@ -84,3 +89,59 @@ def test_legends_of_interactions_cover_no_data_and_panels_are_one_above_the_othe
 def test_parameters_that_a_design_has_not_are_left_out_of_its_name():
     assert apart(["kind=linear k=1 l=–", "kind=power k=– l=2"]) == (["kind=linear k=1", "kind=power l=2"], "")
     assert apart(["k=1", "k=–"]) == (["k=1", "k=–"], "")
+
+
+def test_square_cells_leave_nothing_empty_above_and_below_them():
+    figure, axes = plt.subplots(1, 2, figsize=(11.4, 5), layout="constrained")
+    for axis in axes:
+        colour_cells(axis, pd.DataFrame([[1.0, 2.0], [3.0, 4.0]]), Normalize(1, 4), square=True)
+    fit(figure, 3.5, None, None)
+    assert figure.get_size_inches()[1] < 5 * 6 / 9
+    for axis in axes:
+        assert axis.get_position().height == pytest.approx(axis.get_position(original=True).height, rel=0.05)
+    plt.close(figure)
+
+
+def test_text_that_is_wider_than_its_axis_is_not_cut_at_the_sides():
+    figure, axes = plt.subplots(2, 3, figsize=(9.6, 5), layout="constrained")
+    for left, middle, right in axes:
+        left.set(title="steps over optimum of the tail", xlabel="rank among the periods examined")
+        middle.set_yticks(range(2), ["circle in one observation", "no circle, one observation"])
+        right.imshow([[0, 1], [1, 0]])
+        right.set(xticks=[], yticks=[], xlabel="period 14235, trial 79, to goal 1:\na circle of 4 steps")
+    fit(figure, 3.5, None, None)
+    boxes = [axis.get_tightbbox() for axis in figure.axes]
+    assert min(box.x0 for box in boxes) > 0
+    assert max(box.x1 for box in boxes) < figure.bbox.width
+    names = [label.get_text().split() for label in axes[0, 1].get_yticklabels()]  # in its part of the picture
+    assert names == [["circle", "in", "one", "observation"], ["no", "circle,", "one", "observation"]]
+    plt.close(figure)
+
+
+def test_definitions_below_a_table_are_upright_and_fit_their_cells():
+    rows, settings = (
+        ["ad_hoc", "distance", "direction"],
+        [f"all goals, best by steps_after={trial}" for trial in (1, 2, 3, 4)],
+    )
+    cells = pd.DataFrame({"row": rows, "column": "speed", "grade": "++", "paper": "0", "measured": "1"})
+    number = {"clear": 1.0, **{f"within 10 % of the optimum, {place}": 0.123 for place in range(9)}}
+    definitions = pd.DataFrame(
+        {**dict.fromkeys(COLUMNS, ""), "column": "speed", "definition": name, "under": under, "row": row,
+         "number": number[name], "grade": "++", "paper": "0", "order": "some limits", "measured": "1"}
+        for name in number for under in settings for row in rows
+    )  # fmt: skip
+    figure = draw_table(cells, definitions, "Table", {"ad_hoc": "ad hoc"}, "paper")
+    fit(figure, 3.5, None, None)
+    axis = figure.axes[1]
+    headings = [text for text in axis.texts if isinstance(text, Annotation)]
+    assert {text.get_rotation() for text in headings} == {90}
+    assert [tick.label2.get_text() for tick in axis.xaxis.get_major_ticks()[:2]] == ["ad hoc", "distance"]
+    names = [tick.label2.get_window_extent() for tick in axis.xaxis.get_major_ticks() if tick.label2.get_visible()]
+    assert len(names) == 12
+    assert all(one.x1 <= other.x0 for one, other in pairwise(names))
+    assert min(text.get_window_extent().y0 for text in headings) > max(box.y1 for box in names)
+    inside = [text for text in axis.texts if text not in headings and text.get_visible()]
+    assert {text.get_text() for text in inside} == {"++", "0", "1", "✓"}  # 0.123 could not be read
+    wide = axis.get_window_extent().width / 16
+    assert max(text.get_window_extent().width for text in inside) <= wide + 1
+    plt.close(figure)
