@@ -126,7 +126,7 @@ def test_given_a_choice_the_others_are_decomposed(runs: Runs):
     frame, _ = drawn(Importance(given={"representation": "direction"}, scale="steps_after=3"), runs)
     assert set(frame["effect"]) == {"exploration.k", "reward", "exploration.k × reward"}
     drawn(Importance(given={"representation": "direction"}, scale="total_steps,statistic=median"), runs)
-    with pytest.raises(ConfigError, match="representation=distance: no recorded run has these values"):
+    with pytest.raises(ConfigError, match="representation=distance: no run has this value; there is "):
         Importance(given={"representation": "distance"}).frames(runs)
     one = {"representation": "direction", "exploration.k": 0.1, "reward": "end_reward"}
     with pytest.raises(ConfigError, match="differ in nothing but their seed"):
