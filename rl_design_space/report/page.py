@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
+import os
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -164,14 +165,24 @@ def _write_all(
         # Those that take longest first, so that none of them is left at the end: what needs no points is computed.
         order = sorted(range(len(parts)), key=lambda index: -(len(parts[index].plan) or math.inf))
         writing = {
-            index: pool.submit(_write, replace(parts[index], included=(), planner=None), reader, folder, dict(look))
+            index: pool.submit(
+                _write_beside, replace(parts[index], included=(), planner=None), reader, folder, dict(look)
+            )
             for index in order
         }
         try:
             return [writing[index].result() for index in range(len(parts))]
         except KeyboardInterrupt:
-            pool.shutdown(wait=False, cancel_futures=True)  # the end of the block would wait for all of them
+            pool.shutdown(cancel_futures=True)  # the end of the block would wait for all of them
             raise
+
+
+def _write_beside(part: Study, reader: Reader, folder: Path, look: Mapping[str, Any]) -> list[Path]:
+    """Write a report in one of several processes, which an interrupt ends: it would begin the next report."""
+    try:
+        return _write(part, reader, folder, look)
+    except KeyboardInterrupt:
+        os._exit(1)
 
 
 def _write(part: Study, reader: Reader, folder: Path, look: Mapping[str, Any]) -> list[Path]:
