@@ -22,6 +22,7 @@ from rl_design_space.tracking.beginnings import beginnings
 from rl_design_space.tracking.collection import without_collection
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
+from rl_design_space.tracking.download import download
 from rl_design_space.tracking.queries import queries_of
 from rl_design_space.tracking.run_files import DamagedFileError, check_config, check_periods, read_config, read_periods
 from rl_design_space.tracking.run_frame import filtered, frame_of, of_study
@@ -217,7 +218,7 @@ class RunReader:
             return read(run.run_id, folder_here / name)
         with TemporaryDirectory() as folder:
             try:
-                path = Path(self._client.download_artifacts(run.run_id, name, folder))
+                path = download(self._client, run, name, Path(folder))
             except Exception as error:
                 if is_transient(error) or access_error(self._address.uri, error):
                     raise as_tracking_error(self._address.uri, error) from error
