@@ -58,7 +58,7 @@ class BestSet:
         probability: share of the resamples in which it is the best; ties are divided.
         periods: number of periods after which the design would probably be left out, if what was measured is true;
             infinity if it is equal to the best, NaN of the best itself and of those that are left out.
-        leader: index of the design with the best value.
+        leader: index of the design with the best value, of those with the most periods.
     """
 
     inside: NDArray[np.bool_]
@@ -117,8 +117,9 @@ def best_set(
     exact = max(1, int(_WORK / (RESAMPLES * designs + samples.size)))
     inside = np.zeros(designs, dtype=bool)
     loss = np.zeros(designs)
-    decided = np.full(designs, np.nan)
-    quantile = 0.0
+    first, quantile = -1, 0.0
+    #: Periods to decide between a design and the leader, or the first of the set.
+    decided = np.full((2, designs), np.nan)
     for count, design in enumerate(near.tolist()):
         #: The design as it is, and without its far outliers.
         forms = [design, *(designs + np.flatnonzero(outlying == design)).tolist()]
@@ -135,17 +136,20 @@ def best_set(
         if (bound >= 0).all():
             inside[design] = True
             loss = np.maximum(loss, bound)
-            gap = away[0][leader] - bounds[0][leader]
-            if gap > 0:
-                wide = away[0][leader] + _NORMAL.inv_cdf(POWER) * spreads[0][0][leader]
-                decided[design] = np.ceil(pairs.periods(design)[leader] * (wide / gap) ** 2)
-            elif design != leader:
-                decided[design] = np.inf
+            first = design if first < 0 else first
+            for of, other in zip(decided, (leader, first), strict=True):
+                gap = away[0][other] - bounds[0][other]
+                if gap > 0:
+                    wide = away[0][other] + _NORMAL.inv_cdf(POWER) * spreads[0][0][other]
+                    of[design] = np.ceil(pairs.periods(design)[other] * (wide / gap) ** 2)
+                elif design != other:
+                    of[design] = np.inf
     if unequal and each is not None:
         samples = _of_common_periods(each, inside)
     least = samples == samples.min(axis=1, keepdims=True)
     probability = (least / least.sum(axis=1, keepdims=True)).mean(axis=0)
-    return BestSet(inside, loss, probability, decided, leader)
+    # A leader that has the most periods may be worse than others.
+    return BestSet(inside, loss, probability, decided[0 if inside[leader] else 1], leader)
 
 
 def best_means(each: FloatArray, confidence: float = CONFIDENCE) -> BestSet:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Flags of words that take several values.
 _SEVERAL = {"explore": ("values", "curves"), "sensitivity": ("named",), "compare": ("named",)}
+#: Flags that take several names, with commas between them.
+_OF_NAMES = ("--rows", "--cols", "--by")
 #: The word that writes a page instead of a figure, and the learning curves in it.
 EXPLORE, _CURVES = "explore", ("steps/mean", "success_rate")
 
@@ -51,7 +53,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     """
     chosen = parsed(word, arguments)
     if unknown := [word_ for word_ in chosen.overrides if "=" not in word_]:
-        raise ConfigError(f"{unknown[0]}: not an override; should be KEY=VALUE, such as outputs=elsewhere")
+        raise ConfigError(f"{unknown[0]}: {_why_unknown(list(arguments), unknown[0])}")
     if leads_out(chosen.name or ""):
         raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
@@ -102,6 +104,15 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         written = figure.write_runs(runs, folder / name)
     tell_numbers(written.numbers)
     return written
+
+
+def _why_unknown(arguments: list[str], word: str) -> str:
+    """Return what is wrong with a word that is no override."""
+    place = arguments.index(word)
+    flag, first = ["", "", *arguments][place : place + 2]
+    if flag in _OF_NAMES:
+        return f"not an override; several names after {flag} are one word, as in {flag} {first},{word}"
+    return "not an override; should be KEY=VALUE, such as outputs=elsewhere"
 
 
 def _without_study(settings: list[str]) -> list[str]:

@@ -156,6 +156,9 @@ def _mattered(designs: Sequence[_Design], names: Sequence[str]) -> str:
     if whole.is_noise:
         return "nothing can be told from noise"
     shares = [each for each in whole.effects if PAIR not in each.effect][:_NAMED]
+    # Noise is subtracted from both shares, and may leave less of the larger one.
+    alone = [max(each.share.value, 0) for each in shares]
     return ", ".join(
-        f"{each.effect} {max(each.share.value, 0):.0%} (with interactions {each.total.value:z.0%})" for each in shares
+        f"{each.effect} {share:.0%} (with interactions {max(each.total.value, share):.0%})"
+        for each, share in zip(shares, alone, strict=True)
     )

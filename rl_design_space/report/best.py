@@ -18,6 +18,8 @@ from rl_design_space._strict import STRICT
 from rl_design_space.analysis.best import RESAMPLES
 from rl_design_space.analysis.statistics import percentile_interval
 from rl_design_space.config.measure_name import MeasureName
+from rl_design_space.learning.measure_kinds import PeriodMeasure
+from rl_design_space.learning.measure_statistics import MEAN
 from rl_design_space.learning.measures import canonical, measure
 from rl_design_space.report import style
 from rl_design_space.report.base import MAIN, Frames, Report
@@ -37,6 +39,8 @@ _ROW, _LINE, _LETTER, _NAMES = 0.27, 0.12, 0.055, 3.2
 #: Widths of values and of probabilities, in a picture of its own size and in a narrow one.
 _RATIOS = {False: (3, 1), True: (2, 1)}
 _ABOUT = "_about"
+#: Periods of a tail below which intervals of 95 % and the set hold too seldom, see docs/importance.md.
+_ENOUGH = 25
 _FOUND = ["value", "low", "high", "in_best_set", "loss_at_most", "probability_best", "periods_to_decide"]
 
 
@@ -91,7 +95,8 @@ class Best(Report):
             }
         )
         rows = rows.sort_values("value", ascending=not descending, kind="stable")
-        about = pd.DataFrame({"periods": [periods], "note": [" ".join(designs.remarks(own=own is not None))]})
+        note = [*designs.remarks(own=own is not None), _of_few(self._measure, designs.periods)]
+        about = pd.DataFrame({"periods": [periods], "note": [" ".join(filter(None, note))]})
         return {MAIN: rows.reset_index(drop=True), _ABOUT: about}
 
     def csv(self, frames: Frames) -> Frames:
@@ -154,6 +159,19 @@ class Best(Report):
                 f"{max(more, 0):,} more the last"
             )
         return lines
+
+
+def _of_few(name: str, periods: int) -> str:
+    """Return a sentence if a statistic of a tail rests on so few periods that what is said to hold does less often."""
+    measured = measure(name)
+    statistic = measured.statistic if isinstance(measured, PeriodMeasure) else MEAN
+    share = statistic.high - statistic.low
+    if not 0 < share < 0.5 or share * periods >= _ENOUGH:
+        return ""
+    return (
+        f"*{statistic.name}* of {periods:,} periods is the mean of {share * periods:.3g}: with fewer than {_ENOUGH}, "
+        "intervals and the set hold less often than in 95 of 100 studies."
+    )
 
 
 def _labels(rows: pd.DataFrame) -> list[str]:

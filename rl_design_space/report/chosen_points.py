@@ -9,8 +9,9 @@ from typing import Any, Self
 from rl_design_space.errors import ConfigError
 from rl_design_space.plan.differences import differing
 from rl_design_space.report.ordering import Ordering
+from rl_design_space.report.parameters import text
 from rl_design_space.report.points import Point, allowing, by_design, different_choices, having
-from rl_design_space.tracking.selection import Where
+from rl_design_space.tracking.selection import Where, alternatives, no_such_value
 
 
 class ChosenPoints:
@@ -41,6 +42,19 @@ class ChosenPoints:
             if not any(name in point.parameters for point in self.points):
                 known = {name for point in self.points for name in point.parameters}
                 raise ConfigError.unknown("parameter of these runs", name, known, prefix)
+
+    def check_values(self, where: Where) -> None:
+        """Refuse values of parameters that no point has.
+
+        Raises:
+            ConfigError: there is such a value, or no point has a parameter of such a name.
+        """
+        self.check(where)
+        for name, wanted in where.items():
+            there = {point.parameters[name] for point in self.points if name in point.parameters}
+            if there.isdisjoint(alternatives(wanted)):
+                ordered = sorted(there, key=lambda value: self.ordering.key(name, value))
+                raise no_such_value(name, wanted, list(map(text, ordered)))
 
     def under(self, reading: Where) -> Self:
         """Return the same without the points that have one of these parameters with another value.

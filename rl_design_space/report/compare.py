@@ -97,6 +97,8 @@ class Compare(Report):
             raise ConfigError(f"{self.a}, {self.b}: both sides are the same; name two that differ")
         compared = {name for side in sides for name in side}
         runs.check(compared)
+        for side in sides:
+            runs.check_values(side)
         ours, theirs = (self._by_rest(runs, side, compared) for side in sides)
         common = [rest for rest in ours if rest in theirs]
         if not common:

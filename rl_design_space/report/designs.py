@@ -26,6 +26,7 @@ from rl_design_space.report.ahead import ahead
 from rl_design_space.report.parameters import PERIODS, SEED, label, order, text
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
+from rl_design_space.tracking.values import param
 
 #: Arrays of a result that have a row for each period.
 _OF_PERIODS = ("steps", "success", "optimum", "rows")
@@ -250,10 +251,10 @@ def chosen(runs: Runs, given: Mapping[str, Any]) -> list[Point]:
     Raises:
         ConfigError: there is none, or no point has a parameter of such a name.
     """
-    runs.check(given)
+    runs.check_values(given)
     found = [point for point in runs.recorded if point.has(given)]
     if not found:
-        wanted = " ".join(f"{name}={value}" for name, value in given.items())
+        wanted = " ".join(f"{name}={param(value)}" for name, value in given.items())
         raise ConfigError(f"{wanted or 'these runs'}: no recorded run has these values")
     return found
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from operator import itemgetter
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Connection, Table, case, delete, insert, select, update
 
 from rl_design_space.tracking.artifacts import experiment_artifacts, write_artifacts
+from rl_design_space.tracking.bulk_insert import insert_rows
 from rl_design_space.tracking.database_tables import (
     EXPERIMENT_TAGS,
     EXPERIMENTS,
@@ -156,14 +157,14 @@ class DatabaseRuns:
         uris = {run.run_id: f"{experiment.artifacts.rstrip('/')}/{run.run_id}/artifacts" for run in runs}
         for run in runs:
             write_artifacts(uris[run.run_id], run.artifacts)
-        self._insert(RUNS, [_row(run, experiment, uris[run.run_id]) for run in runs])
-        self._insert(
-            TAGS, [row for run in runs for row in _named({**run.tags, "mlflow.runName": run.name}, run.run_id)]
-        )
-        self._insert(PARAMS, [row for run in runs for row in _named(run.params, run.run_id)])
-        self._insert(METRICS, [row for run in runs for row in _metric_rows(run.run_id, run.started, run.metrics)])
+        all_tags = {run.run_id: {**run.tags, "mlflow.runName": run.name} for run in runs}
         latest = {run.run_id: _latest(run.metrics) for run in runs}
-        self._insert(
+        write = partial(insert_rows, self._connection)
+        write(RUNS, [_row(run, experiment, uris[run.run_id]) for run in runs])
+        write(TAGS, [row for run_id, tags in all_tags.items() for row in _named(tags, run_id)])
+        write(PARAMS, [row for run in runs for row in _named(run.params, run.run_id)])
+        write(METRICS, [row for run in runs for row in _metric_rows(run.run_id, run.started, run.metrics)])
+        write(
             LATEST_METRICS, [row for run in runs for row in _metric_rows(run.run_id, run.started, latest[run.run_id])]
         )
 
@@ -193,24 +194,14 @@ class DatabaseRuns:
         names = {name for name, _, _ in metrics}
         for table, values in ((METRICS, metrics), (LATEST_METRICS, _latest(metrics))):
             self._connection.execute(delete(table).where(table.c.run_uuid == run_id, table.c.key.in_(names)))
-            self._insert(table, _metric_rows(run_id, started, values))
+            insert_rows(self._connection, table, _metric_rows(run_id, started, values))
         self._connection.execute(update(RUNS).where(RUNS.c.run_uuid == run_id).values(status=status, end_time=ended))
 
     def _replace(self, table: Table, owner: str, identity: str | int, tags: Mapping[str, str]) -> None:
         if tags:
             self._connection.execute(delete(table).where(table.c[owner] == identity, table.c.key.in_(tags)))
-            self._insert(table, [{"key": name, "value": value, owner: identity} for name, value in tags.items()])
-
-    def _insert(self, table: Table, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Insert rows that have all the same columns."""
-        if rows and self._connection.dialect.name == "sqlite":
-            # SQLAlchemy looks at each value, which takes longer than SQLite does; its driver takes them as they are.
-            compiled = insert(table).compile(self._connection, column_keys=list(rows[0]))
-            assert compiled.positiontup
-            in_order = itemgetter(*compiled.positiontup)
-            self._connection.exec_driver_sql(str(compiled), [in_order(row) for row in rows])
-        elif rows:
-            self._connection.execute(insert(table), rows)
+            rows = [{"key": name, "value": value, owner: identity} for name, value in tags.items()]
+            insert_rows(self._connection, table, rows)
 
 
 def _row(run: NewRun, experiment: Experiment, artifacts: str) -> dict[str, Any]:

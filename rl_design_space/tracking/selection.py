@@ -63,14 +63,19 @@ def chosen(found: Sequence[FoundRun], where: Where) -> list[FoundRun]:
             raise ConfigError.unknown("parameter of these runs", name, known)
         values = dict.fromkeys(each[name] for each in params if name in each)
         if not any(matches(wanted, typed(value)) for value in values):
-            there = ", ".join(list(values)[:_SHOWN_VALUES]) + (", …" if len(values) > _SHOWN_VALUES else "")
-            texts = [param(each) for each in wanted] if isinstance(wanted, (list, tuple)) else [param(wanted)]
-            raise ConfigError(f"{name}={','.join(texts)}: no run has this value; there is {there}")
+            raise no_such_value(name, wanted, list(values))
     return [
         run
         for run, each in zip(found, params, strict=True)
         if all(name in each and matches(wanted, typed(each[name])) for name, wanted in where.items())
     ]
+
+
+def no_such_value(name: str, wanted: Any, there: Sequence[str]) -> ConfigError:
+    """Return the error about a value that no run has, with those that there are."""
+    texts = [param(each) for each in wanted] if isinstance(wanted, (list, tuple)) else [param(wanted)]
+    shown = ", ".join(there[:_SHOWN_VALUES]) + (", …" if len(there) > _SHOWN_VALUES else "")
+    return ConfigError(f"{name}={','.join(texts)}: no run has this value; there is {shown}")
 
 
 def _with_defaults(params: Mapping[str, str], names: Iterable[str]) -> Mapping[str, str]:

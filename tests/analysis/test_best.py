@@ -85,6 +85,14 @@ def test_equal_designs_are_in_the_set_together():
     assert np.isinf(result.periods[2])
 
 
+def test_the_only_design_of_the_set_has_nothing_to_be_decided():
+    each = np.random.default_rng(6).normal(size=(60, 2)) + np.array([2, 0])
+    each[30:, 1] = np.nan  # the worse design has more periods
+    result = found(each)
+    assert (result.leader, result.inside.tolist()) == (0, [False, True])
+    assert np.isnan(result.periods).all()
+
+
 def test_a_single_design_is_the_best():
     result = found(np.arange(10.0)[:, np.newaxis])
     assert (result.inside.tolist(), result.loss_at_most.tolist(), result.probability.tolist()) == ([True], [0], [1])

@@ -215,7 +215,7 @@ def test_lines_are_named_by_what_tells_them_apart_from_each_other(outputs: Path)
         (Sensitivity(parameter="reward"), "reward: no two of these runs differ in it"),
         (
             Compare(a="representation=ad_hoc", b="representation=distance"),
-            r"no two runs are equal in .*\(3 and 0 runs\)",
+            r"representation=distance: no run has this value; there is ad_hoc, direction",
         ),
         (
             Compare(a="representation=direction", b="representation=direction"),
@@ -261,6 +261,13 @@ def test_a_name_for_the_files_can_be_chosen(outputs: Path):
     assert {path.stem for path in paths} == {"k"}
     with pytest.raises(ConfigError, match=r"--name=\.\./k: should be a name without \.\."):
         command.main("sensitivity", ["exploration.k", "--name", "../k", f"outputs={outputs}"])
+
+
+def test_names_with_a_space_between_them_are_told_of_the_comma():
+    with pytest.raises(ConfigError, match=r"as in --by representation,exploration\.k$"):
+        command.main("curves", ["--by", "representation", "exploration.k"])
+    with pytest.raises(ConfigError, match=r"exploration\.k: not an override; should be KEY=VALUE"):
+        command.main("curves", ["--by", "representation", "--mean", "exploration.k"])
 
 
 def test_a_selection_without_runs_is_refused(outputs: Path):

@@ -126,7 +126,7 @@ def test_given_a_choice_the_others_are_decomposed(runs: Runs):
     frame, _ = drawn(Importance(given={"representation": "direction"}, scale="steps_after=3"), runs)
     assert set(frame["effect"]) == {"exploration.k", "reward", "exploration.k × reward"}
     drawn(Importance(given={"representation": "direction"}, scale="total_steps,statistic=median"), runs)
-    with pytest.raises(ConfigError, match="representation=distance: no recorded run has these values"):
+    with pytest.raises(ConfigError, match="representation=distance: no run has this value; there is "):
         Importance(given={"representation": "distance"}).frames(runs)
     one = {"representation": "direction", "exploration.k": 0.1, "reward": "end_reward"}
     with pytest.raises(ConfigError, match="differ in nothing but their seed"):
@@ -167,6 +167,8 @@ def test_the_best_designs_are_paired_and_one_is_the_best_by_any_measure(runs: Ru
     for statistic in ("median", "iqm", "cvar=25"):
         robust, _ = drawn(Best(statistic=statistic), runs)
         assert robust["in_best_set"].any()
+    assert "is the mean of" not in text
+    assert "*cvar=25* of 24 periods is the mean of 6" in drawn(Best(statistic="cvar=25"), runs)[1]
     descending, _ = drawn(Best(value="near_share=3"), runs)
     assert descending["value"].is_monotonic_decreasing
     alone, _ = drawn(Best(given={"representation": "ad_hoc", "exploration.k": 0.1, "reward": "end_reward"}), runs)
