@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._ahead import ahead
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.factorial import Grids
@@ -23,7 +24,6 @@ from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.report import style
-from rl_design_space.report.ahead import ahead
 from rl_design_space.report.base import MAIN, Frames, Report
 from rl_design_space.report.designs import Designs, Numbers, ScaleName, chosen, given_label
 from rl_design_space.report.grids import gap_remarks
