@@ -11,6 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from pydantic.dataclasses import dataclass
 
+from rl_design_space._ahead import ahead
 from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.averaging import curve_of_runs, pooled
@@ -67,6 +68,8 @@ class Curves(Report):
             name = label(self.by, key)
             parameters = [point.choices for point in points]
             check_averaged(parameters, f"line ({name})", "give them lines with --by", self.mean)
+            for _ in ahead(runs.kept, points, runs.in_flight):
+                pass  # it is remembered
             lengths = {len(runs.curve(point, self.curve)) for point in points}
             if len(lengths) > 1:
                 found = " or ".join(map(str, sorted(lengths)))

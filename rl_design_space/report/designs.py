@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
+from rl_design_space._ahead import ahead
 from rl_design_space._arrays import FloatArray
 from rl_design_space.analysis.averaging import pooled
 from rl_design_space.analysis.columns import Columns
@@ -22,7 +23,6 @@ from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import canonical, measure
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.differences import differing
-from rl_design_space.report.ahead import ahead
 from rl_design_space.report.parameters import PERIODS, SEED, label, order, text
 from rl_design_space.report.points import Point
 from rl_design_space.report.runs import Runs
@@ -179,7 +179,7 @@ class Designs:
 
     def _whole_results(self, what: str) -> Iterator[list[LearningCurves]]:
         """Yield the results of each design, one for each seed."""
-        found = ahead(self._result, [seeds[seed] for seeds in self._points for seed in self.seeds])
+        found = ahead(self._result, [each[seed] for each in self._points for seed in self.seeds], self._runs.in_flight)
         for _ in self._runs.watch(self._points, what):
             yield list(islice(found, len(self.seeds)))
 

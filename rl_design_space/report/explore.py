@@ -27,7 +27,6 @@ from rl_design_space.report.points import frame_with_defaults
 from rl_design_space.report.together import together
 from rl_design_space.report.watching import Watch, unwatched
 from rl_design_space.tracking.run_frame import ABOUT
-from rl_design_space.tracking.tracker import StoredRun
 
 if TYPE_CHECKING:
     from rl_design_space.tracking.read import RunReader
@@ -183,8 +182,9 @@ def write_explorer(
     if frame.empty:
         raise ConfigError("no run was selected; `rl-design-space store status` says what is recorded")
     found: dict[str, list[FloatArray]] = {name: [] for name in curves}
-    for run_id, place in watch(list(frame["artifacts"].items()), "reading learning curves"):
-        arrays = reader.periods(StoredRun(str(run_id), artifacts=place))
+    read = reader.arrays(frame)
+    for _ in watch(list(frame.index), "reading learning curves"):
+        _, arrays = next(read)
         for name in curves:
             if name not in arrays or arrays[name].ndim != 1:
                 raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])

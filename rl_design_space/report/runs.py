@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from rl_design_space._ahead import ahead
 from rl_design_space._arrays import FloatArray
 from rl_design_space._markdown import code
 from rl_design_space.analysis.averaging import estimate, mean_of_runs, pooled
@@ -22,7 +23,6 @@ from rl_design_space.design import from_scratch
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.result import LearningCurves
 from rl_design_space.plan.fingerprint import fingerprint
-from rl_design_space.report.ahead import ahead
 from rl_design_space.report.chosen_points import ChosenPoints
 from rl_design_space.report.ordering import Ordering
 from rl_design_space.report.parameters import PERIODS, text
@@ -158,6 +158,11 @@ class Runs(ChosenPoints):
         """The points that have a run."""
         return [point for point in self.points if point.run]
 
+    @property
+    def in_flight(self) -> int:
+        """Number of points whose results are best read at the same time."""
+        return self._reader.in_flight
+
     def with_larger(self, larger: Runs, command: str) -> Runs:
         """Return these runs and larger samples of their designs, which a command line makes, see `points.largest`."""
         runs = copy(self)
@@ -269,7 +274,7 @@ class Runs(ChosenPoints):
         measured = measure_of(name)
         recorded = [point for point in points if point.run]
         repetitions = [repetition(point) for point in recorded]
-        for _ in ahead(self.kept, recorded):
+        for _ in ahead(self.kept, recorded, self.in_flight):
             pass  # it is remembered
         known = [values for point in recorded if (values := self.values(point, name)) is not None]
         if known and len(known) == len(recorded):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,6 +12,7 @@ from urllib.parse import quote, unquote, urlencode, urlsplit
 
 from numpy.typing import NDArray
 
+from rl_design_space._ahead import THREADS, ahead
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import values
 from rl_design_space.learning.result import LearningCurves
@@ -22,6 +23,7 @@ from rl_design_space.tracking.beginnings import beginnings
 from rl_design_space.tracking.collection import without_collection
 from rl_design_space.tracking.connection import connect
 from rl_design_space.tracking.content import CONFIG_FILE, PERIODS_FILE
+from rl_design_space.tracking.download import download
 from rl_design_space.tracking.queries import queries_of
 from rl_design_space.tracking.run_files import DamagedFileError, check_config, check_periods, read_config, read_periods
 from rl_design_space.tracking.run_frame import filtered, frame_of, of_study
@@ -39,6 +41,9 @@ if TYPE_CHECKING:
     from rl_design_space.tracking.found_run import FoundRun
 
 Read = TypeVar("Read")
+
+#: Files that a server is asked for at the same time.
+_IN_FLIGHT = 6
 
 
 class RunReader:
@@ -62,6 +67,11 @@ class RunReader:
 
     def __reduce__(self) -> tuple[type[RunReader], tuple[StoreAddress]]:
         return RunReader, (self._address,)
+
+    @property
+    def in_flight(self) -> int:
+        """Number of runs whose files are best read at the same time."""
+        return _IN_FLIGHT if self._address.is_server else THREADS
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
@@ -127,13 +137,12 @@ class RunReader:
 
         names = list(names)
         parts = []
-        for run_id, place in runs["artifacts"].items():
-            arrays = self.periods(StoredRun(str(run_id), artifacts=place))
+        for run_id, arrays in self.arrays(runs):
             for name in names:
                 if name not in arrays or arrays[name].ndim != 1:
                     raise ConfigError.unknown("learning curve", name, [each for each in arrays if "/" in each])
             part = pd.DataFrame({name: arrays[name] for name in names})
-            parts.append(part.rename_axis("trial").reset_index().assign(run_id=str(run_id)))
+            parts.append(part.rename_axis("trial").reset_index().assign(run_id=run_id))
         table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["trial", *names, "run_id"])
         return table[["run_id", "trial", *names]]
 
@@ -152,11 +161,20 @@ class RunReader:
 
         sides = runs["world.size"] if "world.size" in runs else pd.Series(index=runs.index, dtype=float)
         rows = []
-        for run_id, place, side in zip(runs.index, runs["artifacts"], sides, strict=True):
-            arrays = self.periods(StoredRun(str(run_id), artifacts=str(place)))
+        for (_, arrays), side in zip(self.arrays(runs), sides, strict=True):
             result = LearningCurves.found(arrays, side)
             rows.append(values(names, result) if result else dict.fromkeys(names, float("nan")))
         return pd.DataFrame(rows, index=runs.index, columns=list(names), dtype="float64")
+
+    def arrays(self, runs: pd.DataFrame) -> Iterator[tuple[str, dict[str, NDArray[Any]]]]:
+        """Yield the id and the arrays of each run of a frame, some of them read ahead.
+
+        Raises:
+            DamagedFileError: those of a run cannot be read.
+        """
+        stored = [StoredRun(str(run_id), artifacts=str(place)) for run_id, place in runs["artifacts"].items()]
+        for run, arrays in zip(stored, ahead(self.periods, stored, self.in_flight), strict=True):
+            yield run.run_id, arrays
 
     def periods(self, run: StoredRun) -> dict[str, NDArray[Any]]:
         """Return the arrays of a run's artifact.
@@ -217,7 +235,7 @@ class RunReader:
             return read(run.run_id, folder_here / name)
         with TemporaryDirectory() as folder:
             try:
-                path = Path(self._client.download_artifacts(run.run_id, name, folder))
+                path = download(self._client, run, name, Path(folder))
             except Exception as error:
                 if is_transient(error) or access_error(self._address.uri, error):
                     raise as_tracking_error(self._address.uri, error) from error

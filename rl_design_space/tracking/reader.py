@@ -8,11 +8,17 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
+from rl_design_space._ahead import THREADS
 from rl_design_space.tracking.tracker import StoredRun
 
 
 class Reader(Protocol):
     """A reader of complete runs of design points."""
+
+    @property
+    def in_flight(self) -> int:
+        """Number of runs whose files are best read at the same time."""
+        ...
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         """Return the complete runs among these points, by fingerprint."""
@@ -37,6 +43,8 @@ class Reader(Protocol):
 
 class NoRuns:
     """A reader without runs, for reports that need none."""
+
+    in_flight = THREADS
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         return {}
@@ -69,6 +77,10 @@ class FoundRuns:
         self._reader, self._on_read = reader, on_read
         self._points = frozenset(fingerprints)
         self._found = reader.finished(fingerprints)
+
+    @property
+    def in_flight(self) -> int:
+        return self._reader.in_flight
 
     def finished(self, fingerprints: Collection[str]) -> dict[str, StoredRun]:
         if not self._points.issuperset(fingerprints):

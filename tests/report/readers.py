@@ -23,6 +23,7 @@ def unpadded(text: str) -> str:
 class LearningReader:
     """Runs of all points of a plan but of some."""
 
+    in_flight = 2
     plan: Plan
     missing: Collection[str] = ()
     attached: list[tuple[str, Sequence[Path]]] = field(default_factory=list)

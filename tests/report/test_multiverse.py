@@ -60,6 +60,8 @@ def study() -> Study:
 class MadeUpReader:
     """Results that are a curve times a factor, which follows from the parameters of a point."""
 
+    in_flight = 2
+
     def __init__(
         self, plan: Plan, world: World, missing: Callable[[PlannedPoint], bool] = lambda planned: False
     ) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from threading import Barrier
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +15,7 @@ from rl_design_space.learning import simulate
 from rl_design_space.plan.study import Study, plan_overrides
 from rl_design_space.report.points import Point, frame_with_defaults, with_defaults
 from rl_design_space.report.runs import Runs
+from rl_design_space.tracking.tracker import StoredRun
 from tests.points import planning
 from tests.report.readers import LearningReader
 
@@ -108,3 +111,19 @@ def test_a_reading_leaves_out_the_points_that_have_another_value_and_no_others()
     assert under.result(under.points[0]) is runs.result(runs.points[0])
     with pytest.raises(ConfigError, match=r"did you mean representation\.goals"):
         runs.under({"representation.goal": "all"})
+
+
+class ServerReader(LearningReader):
+    """A reader whose runs are read six at a time, or not at all."""
+
+    in_flight = 6
+    together = Barrier(in_flight, timeout=10)
+
+    def periods(self, run: StoredRun) -> dict[str, Any]:
+        self.together.wait()
+        return super().periods(run)
+
+
+def test_as_many_runs_are_read_at_the_same_time_as_the_reader_says(study: Study):
+    runs = Runs.of_study(study, ServerReader(study.plan))
+    assert runs.estimate(runs.points, "total_steps").value > 0

@@ -15,6 +15,8 @@ from rl_design_space.tracking.tracker import StoredRun
 class Counting:
     """A reader of the points a and c that counts how often it is asked."""
 
+    in_flight = 6
+
     def __init__(self) -> None:
         self.asked: list[set[str]] = []
         self.attached: list[tuple[str, Sequence[Path]]] = []
@@ -53,6 +55,7 @@ def test_everything_else_is_asked_of_the_reader():
     reader = Counting()
     found = FoundRuns(reader, ["a"])
     assert found.periods(StoredRun("four"))["steps"].tolist() == [4]
+    assert found.in_flight == 6
     assert found.link("ui", "fig2") == "ui/fig2"
     found.attach("fig2", [Path("fig2.png")])
     assert reader.attached == [("fig2", [Path("fig2.png")])]
