@@ -18,11 +18,13 @@ class Scale:
     """A number of each period that is made of its steps a trial.
 
     Attributes:
+        brief: what it is, for headings and axes.
         meaning: what it is, as a noun phrase.
         of: of (periods, …) mean steps of a trial and the optimum of each period, in the same shape.
         is_log: whether a difference is the logarithm of a ratio.
     """
 
+    brief: str
     meaning: str
     of: Callable[[FloatArray, NDArray[Any]], FloatArray]
     is_log: bool = False
@@ -46,16 +48,27 @@ def trial_edges(trials: int, bins: int) -> NDArray[np.intp]:
 #: Scales by name.
 SCALES: Mapping[str, Scale] = {
     "log_over_optimum": Scale(
+        "log(steps / optimum)",
         "log(total steps of a period / (trials · optimum of that period))",
         lambda steps, optimum: np.log(steps / optimum),
         is_log=True,
     ),
     "over_optimum": Scale(
-        "total steps of a period / (trials · optimum of that period)", lambda steps, optimum: steps / optimum
+        "steps / optimum",
+        "total steps of a period / (trials · optimum of that period)",
+        lambda steps, optimum: steps / optimum,
     ),
     "log_steps": Scale(
-        "log(total steps of a period / trials)", lambda steps, optimum: np.log(steps + 0 * optimum), is_log=True
+        "log(steps)",
+        "log(total steps of a period / trials)",
+        lambda steps, optimum: np.log(steps + 0 * optimum),
+        is_log=True,
     ),
 }
 #: The scale of decompositions unless another is asked for.
 USUAL = "log_over_optimum"
+
+
+def in_brief(name: str) -> str:
+    """Return how a scale reads in headings and beside axes; a measure by its name."""
+    return SCALES[name].brief if name in SCALES else name

@@ -58,6 +58,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
         raise ConfigError.at("--name", chosen.name, "should be a name without ..; outputs=DIR writes elsewhere")
 
     from rl_design_space.commands.folders import report_folder
+    from rl_design_space.commands.left_files import tell_of_left
     from rl_design_space.commands.main_numbers import tell_numbers
     from rl_design_space.commands.messages import tell
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
@@ -103,6 +104,7 @@ def main(word: str, arguments: Sequence[str]) -> list[Path]:
     with named_by_flags():
         written = figure.write_runs(runs, folder / name)
     tell_numbers(written.numbers)
+    tell_of_left(written, written.left)
     return written
 
 

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from time import monotonic
 from types import FrameType
 
+#: What running an interrupted command again is for.
+CONTINUE = "to continue"
 #: Exit status of a command that was interrupted.
 INTERRUPTED = 130
 #: Seconds in which all interrupts count as one: impatient people press Ctrl-C several times.
@@ -25,10 +27,16 @@ class Interrupts:
     Args:
         clock: returns the time in seconds.
         end: ends the process with a status.
+        purpose: of running the command again.
     """
 
-    def __init__(self, clock: Callable[[], float] = monotonic, end: Callable[[int], object] = os._exit) -> None:
-        self._clock, self._end = clock, end
+    def __init__(
+        self,
+        clock: Callable[[], float] = monotonic,
+        end: Callable[[int], object] = os._exit,
+        purpose: str = CONTINUE,
+    ) -> None:
+        self._clock, self._end, self._purpose = clock, end, purpose
         self._first: float | None = None
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
@@ -41,13 +49,17 @@ class Interrupts:
             self._first = self._clock()
             raise KeyboardInterrupt
         if self._clock() - self._first > _ONE:
-            os.write(2, b"interrupted again: ended at once; run the same command again to continue\n")
+            os.write(2, f"interrupted again: ended at once; run the same command again {self._purpose}\n".encode())
             self._end(INTERRUPTED)
 
 
-def handle_interrupts() -> None:
-    """Handle SIGINT, unless it is ignored as in the background of a shell, and SIGTERM, which batch systems send."""
-    handler = Interrupts()
+def handle_interrupts(purpose: str = CONTINUE) -> None:
+    """Handle SIGINT, unless it is ignored as in the background of a shell, and SIGTERM, which batch systems send.
+
+    Args:
+        purpose: of running the command again.
+    """
+    handler = Interrupts(purpose=purpose)
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, handler)
     signal.signal(signal.SIGTERM, handler)

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from typing import TextIO
 
 from rl_design_space._visible import visible
-from rl_design_space.commands.interrupts import INTERRUPTED
+from rl_design_space.commands.interrupts import CONTINUE, INTERRUPTED
 
 _FULL_ERROR = "HYDRA_FULL_ERROR"
 #: Whether the user asked for tracebacks; read before `shown_as_messages` sets the variable itself.
@@ -31,11 +31,14 @@ def tell(message: str) -> None:
 
 
 @contextmanager
-def shown_as_messages() -> Iterator[None]:
+def shown_as_messages(purpose: str = CONTINUE) -> Iterator[None]:
     """Print errors that a user can fix as one message and exit with status 2; let all other errors pass.
 
     Characters that the terminal does not know are replaced. If nobody reads the output any more, the command ends
     without a message.
+
+    Args:
+        purpose: of running the command again after an interrupt.
     """
     before = os.environ.get(_FULL_ERROR)
     # With this variable set, Hydra raises errors instead of printing them and exiting with status 1.
@@ -50,7 +53,7 @@ def shown_as_messages() -> Iterator[None]:
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:
-        sys.exit(_end("interrupted; run the same command again to continue", INTERRUPTED))
+        sys.exit(_end(f"interrupted; run the same command again {purpose}", INTERRUPTED))
     except BrokenPipeError:
         _discard_output()
         sys.exit(_CLOSED)

@@ -28,16 +28,18 @@ if TYPE_CHECKING:
 #: New objects after which Python looks for garbage, and how often it then looks through older ones. Imports and plans
 #: make hundreds of thousands that stay; to look through all of them again and again takes a tenth of a report.
 _COLLECTION = 100_000, 10, 10
+#: What running an interrupted command again is for.
+_PURPOSE = "to write the report"
 #: End of the `_target_` of a page of reports.
 _PAGE = ".Page"
 
 
 def main() -> None:
     """Write a report; an error that the user can fix is one message and exit status 2."""
-    handle_interrupts()
+    handle_interrupts(_PURPOSE)
     gc.set_threshold(*_COLLECTION)
     end_quickly()
-    with shown_as_messages():
+    with shown_as_messages(_PURPOSE):
         from rl_design_space.commands import completion, figure_words
 
         if (completed := completion.answer(sys.argv[1:])) is not None:
@@ -168,6 +170,7 @@ def write_report(
     Raises:
         ConfigError: the study has no report, or none of its points is recorded.
     """
+    from rl_design_space.commands.left_files import tell_of_left
     from rl_design_space.commands.main_numbers import tell_numbers
     from rl_design_space.commands.unused_variables import tell_of_unused_variables
     from rl_design_space.commands.watching import counting
@@ -191,9 +194,10 @@ def write_report(
         reader = FoundRuns(settings.tracking.reader(), fingerprints, count) if study.plan else NoRuns()
         _report_missing(study, reader)
         paths: list[Path] = report.write(study, reader, folder)
-    from rl_design_space.report.written import numbers_of  # the report has imported what it needs
+    from rl_design_space.report.written import left_of, numbers_of  # the report has imported what it needs
 
     tell_numbers(numbers_of(paths))
+    tell_of_left(paths, left_of(paths))
     try:
         reader.attach(study.name, paths)
     except OSError as error:

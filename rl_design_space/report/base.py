@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
+from itertools import count, takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 from urllib.parse import quote
@@ -24,6 +25,7 @@ from rl_design_space.report.markdown import Table, table
 from rl_design_space.report.runs import Runs
 from rl_design_space.report.spreadsheet import without_formulas
 from rl_design_space.report.style import DOTS_PER_INCH, PRINTED, add_mark, number, save
+from rl_design_space.report.together import together
 from rl_design_space.report.words import Words
 from rl_design_space.report.written import MainNumbers, Written
 
@@ -123,26 +125,42 @@ class Report(Look, ABC):
             runs: what the report shows.
             stem: path of the files without their suffix.
         """
+        with together(stem.parent) as new:
+            return self.write_new(runs, stem, new)
+
+    def write_new(self, runs: Runs, stem: Path, new: Path) -> Written:
+        """Write the files of any runs into a folder from which they are moved into place.
+
+        Args:
+            runs: what the report shows.
+            stem: path of the files without their suffix, once they are in place.
+            new: folder of the files meanwhile.
+
+        Returns:
+            The paths once they are in place, with the main numbers.
+        """
         runs = runs if "order" in self.own else runs.ordered(self.order)
         frames = self.frames(runs)
-        stem.parent.mkdir(parents=True, exist_ok=True)
+        place, stem = stem.parent, new / stem.name
         paths = self._save(self.draw(frames), self.heading_of(frames), stem, runs.mark)
         for name, frame in self.csv(frames).items():
             paths.append(stem.with_name(f"{stem.name}{name}.csv"))
             without_formulas(frame).to_csv(paths[-1], index=False)
         paths.append(stem.with_name(f"{stem.name}.md"))
         heading = self._in_words(self.heading_of(frames))
-        pictures = [_picture(self.shows or heading, stem.name)]
+        names, pictures = [stem.name], [_picture(self.shows or heading, stem.name)]
         for name, shows, figure in self.more_pictures(frames):
-            pictures.append(_picture(shows, f"{stem.name}{name}"))
-            paths[-1:-1] = self._save(figure, self.heading_of(frames), stem.with_name(f"{stem.name}{name}"), runs.mark)
+            names.append(f"{stem.name}{name}")
+            pictures.append(_picture(shows, names[-1]))
+            paths[-1:-1] = self._save(figure, self.heading_of(frames), new / names[-1], runs.mark)
         first, *more = pictures
         text = [_labelled(part, self.words) for part in self.text(frames)]
         if LATEX in self.format:
             paths[-1:-1] = _write_tables(self.tables(frames), self.table_words, stem, [heading, runs.made_by])
         parts = [f"# {heading}", first, runs.made_by, *runs.remarks, *text, *more, *self.notes]
         paths[-1].write_text("\n\n".join(parts) + "\n", encoding="utf-8")
-        return Written(paths, [self.main_numbers(frames)])
+        left = _left(place, names, self.format)
+        return Written((place / path.name for path in paths), [self.main_numbers(frames)], left)
 
     def tables(self, frames: Frames) -> list[pd.DataFrame]:
         """Return the tables for LaTeX and the terminal, as texts: those of the text; else the main frame."""
@@ -190,10 +208,31 @@ def _write_tables(frames: Sequence[pd.DataFrame], words: Words, stem: Path, made
     """Write a file for each table; the first has the name of the report."""
     paths = []
     for place, frame in enumerate(frames, 1):
-        paths.append(stem.with_name(f"{stem.name}{f'_{place}' if place > 1 else ''}.tex"))
+        paths.append(stem.with_name(_table_name(stem.name, place)))
         comment = [*made_by, "Needs the package booktabs."]
         paths[-1].write_text(latex_table(words.frame(frame), comment), encoding="utf-8")
     return paths
+
+
+def _table_name(name: str, place: int) -> str:
+    return f"{name}{f'_{place}' if place > 1 else ''}.tex"
+
+
+def _left(folder: Path, pictures: Sequence[str], formats: Sequence[str]) -> list[Path]:
+    """Return the files that an earlier report has left, in formats that this one is not written in.
+
+    Args:
+        folder: of the files.
+        pictures: names of the pictures of the report without their suffix; the first is that of the report.
+        formats: that it is written in.
+    """
+    left = [] if PDF in formats else [path for name in pictures if (path := folder / f"{name}.pdf").exists()]
+    if LATEX not in formats:
+        tables = (folder / _table_name(pictures[0], place) for place in count(1))
+        # A report of its own has a text.
+        of_this = takewhile(lambda path: path.exists(), tables)
+        left += [path for path in of_this if path.stem == pictures[0] or not path.with_suffix(".md").exists()]
+    return left
 
 
 def _picture(shows: str, name: str) -> str:

@@ -18,8 +18,8 @@ _UPRIGHT = 90
 _POINTS_PER_INCH = 72
 #: Points: least size of text in cells.
 _SMALLEST = 4.0
-#: Share of its cell that text may have, and letters between two names side by side.
-_OF_CELL, _GAP = 0.94, 0.6
+#: Share of its cell that text may have, without the lines between cells; letters between two names side by side.
+_OF_CELL, _GAP = 0.88, 0.6
 
 
 def part_ticks(figure: Figure) -> bool:
@@ -106,7 +106,7 @@ def fit_cells(figure: Figure) -> None:
 
     The largest text, which is the number of a cell, is of one size in all cells. Where it has no room, it is upright
     if cells are high enough, and alone. A star stays in any case. In tables whose rows are different numbers, a row has
-    its numbers if all of them can be read.
+    its numbers if all of them can be read. A text that is alone in its cell now moves to the middle.
     """
     for axes in figure.axes:
         if not _is_table(axes):
@@ -130,6 +130,19 @@ def fit_cells(figure: Figure) -> None:
             fitting = [_fit([text], width) for text in line]
             for text, fits in zip(line, fitting, strict=True):
                 text.set_visible(all(fitting) if each_row else fits and 2 * sum(fitting) >= len(line))
+        _centre([text for line in lines.values() for text in line])
+
+
+def _centre(texts: Sequence[Text]) -> None:
+    """Move the text that is left of a cell with several to the middle of the cell."""
+    cells: dict[tuple[int, int], list[Text]] = {}
+    for text in texts:
+        x, y = text.get_position()
+        cells.setdefault((math.floor(x), math.floor(y)), []).append(text)
+    for (_, y), written in cells.items():
+        left = [text for text in written if text.get_visible()]
+        if len(left) == 1 < len(written):
+            left[0].set(y=y + 0.5)
 
 
 def _by_line(texts: Sequence[Text]) -> dict[tuple[float, float], list[Text]]:

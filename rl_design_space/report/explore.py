@@ -24,6 +24,7 @@ from rl_design_space.report.look import Look
 from rl_design_space.report.ordering import Ordering
 from rl_design_space.report.parameters import text
 from rl_design_space.report.points import frame_with_defaults
+from rl_design_space.report.together import together
 from rl_design_space.report.watching import Watch, unwatched
 from rl_design_space.tracking.run_frame import ABOUT
 
@@ -190,8 +191,8 @@ def write_explorer(
             found[name].append(arrays[name])
     data = page_data(frame_with_defaults(frame), numbers, found, reader.run_link(ui, "RUN_ID"), look, listed)
     content = render(data, title, made_by)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(content, encoding="utf-8")
+    with together(path.parent) as new:
+        (new / path.name).write_text(content, encoding="utf-8")
     return [path]
 
 

@@ -13,7 +13,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import PercentFormatter
+from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from rl_design_space.analysis.endings import CIRCLE, CIRCLE_IN_ONE, ENDINGS, LAST, WANDERING, WANDERING_IN_ONE, ending
 from rl_design_space.learning.replay import Replay
@@ -23,11 +23,13 @@ from rl_design_space.report.style import BLUE, VERMILION, make_logarithmic, styl
 
 _COLOURS = {CIRCLE_IN_ONE: VERMILION, CIRCLE: "#e69f00", WANDERING_IN_ONE: BLUE, WANDERING: "#9ecae1"}
 _CAUGHT = "#d4c9e8"
-#: Height of the row of a design, and widths of its panels, in inches.
-_HEIGHT, _WIDTHS = 2.5, (3.4, 3.8, 2.4)
+#: Inches: height of the row of a design, and that where there are more than so many; widths of its panels.
+_HEIGHT, _LOWER, _FEW, _WIDTHS = 2.5, 1.7, 4, (3.4, 3.8, 2.4)
 _POINTS_PER_INCH = 72
-#: Characters of the name of a design in a line.
-_LINE = 34
+#: Ranks that are free on both sides of those of the periods.
+_BESIDE = 0.5
+#: Characters of the name of a design in a line, for an inch of its row.
+_LETTERS = 13.6
 
 
 @styled()
@@ -40,14 +42,15 @@ def draw_failures(designs: pd.DataFrame, periods: pd.DataFrame, examples: pd.Dat
         examples: its frame of examples.
         title: above the picture.
     """
+    height = _HEIGHT if len(designs) <= _FEW else _LOWER
     figure, axes = plt.subplots(
         len(designs), len(_WIDTHS), squeeze=False, layout="constrained",
-        figsize=(sum(_WIDTHS), _HEIGHT * len(designs) + 1.3), width_ratios=_WIDTHS,
+        figsize=(sum(_WIDTHS), height * len(designs) + 1.3), width_ratios=_WIDTHS,
     )  # fmt: skip
     for row, design in enumerate(designs.to_dict("records")):
         left, middle, right = axes[row]
         _draw_periods(left, periods[periods["design"] == design["design"]])
-        left.set_ylabel(_broken(str(design["design"])), fontsize=8)
+        left.set_ylabel(_broken(str(design["design"]), int(_LETTERS * height)), fontsize=8)
         _draw_endings(middle, design)
         example = examples[examples["design"] == design["design"]]
         if len(example):
@@ -55,6 +58,7 @@ def draw_failures(designs: pd.DataFrame, periods: pd.DataFrame, examples: pd.Dat
         else:
             right.set_axis_off()
             right.text(0.5, 0.5, "no failed trial\namong the periods examined", ha="center", va="center", color="0.4")
+    axes[-1, 0].set_xlabel("rank among the periods examined; filled: a trial failed", fontsize=7)
     axes[0, 0].set_title("steps over optimum of the tail,\nthe worst period first", fontsize=9)
     axes[0, 1].set_title("how failed trials end", fontsize=9)
     axes[0, 2].set_title("the end of one of them", fontsize=9)
@@ -78,11 +82,14 @@ def _draw_periods(axis: Axes, periods: pd.DataFrame) -> None:
     axis.plot(ranks, over, color="0.6", linewidth=1)
     axis.scatter(ranks[failed], over[failed], s=14, color=VERMILION, zorder=3)
     axis.scatter(ranks[~failed], over[~failed], s=14, facecolor="white", edgecolor="0.4", zorder=3)
-    best = periods["memoryless_steps"] / periods["optimum"]
-    axis.plot(ranks, best, color="0.3", linestyle="--", linewidth=1.2)
+    best = (periods["memoryless_steps"] / periods["optimum"]).to_numpy()
+    ends = ranks[0] - _BESIDE, ranks[-1] + _BESIDE
+    # From side to side, so that there is a line for a single period, too.
+    axis.plot([ends[0], *ranks, ends[1]], best[[0, *(ranks - 1), -1]], color="0.3", linestyle="--", linewidth=1.2)
     make_logarithmic(axis)
     axis.set_ylim(bottom=0.8)
-    axis.set_xlabel("rank among the periods examined; filled: a trial failed", fontsize=7)
+    axis.set_xlim(*ends)
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     tidy(axis)
 
 
@@ -99,7 +106,7 @@ def _draw_endings(axis: Axes, design: dict[Any, Any]) -> None:
     none = (
         "" if pd.isna(design["without_exploration"]) else f", {design['without_exploration']:.0%} without exploration"
     )
-    axis.set_xlabel(f"of {design['failed_trials']:,} failed trials{none}", fontsize=8)
+    axis.set_xlabel(f"of {_counted(design['failed_trials'], 'failed trial')}{none}", fontsize=8)
     tidy(axis)
 
 
@@ -124,16 +131,20 @@ def _draw_example(axis: Axes, inside: Replay, trial: int) -> None:
     strength = 0.35 + 0.65 * often / max(often.max(), 1e-9) if len(often) else 1
     axis.add_collection(LineCollection(lines, colors=VERMILION, linewidths=widths, alpha=strength, zorder=8))
     grid.draw_places(axis, inside.layout, end.reached, 0.8 * cell)
-    round_ = f"a circle of {end.circle} steps" if end.circle else f"{end.observations} observations"
+    round_ = f"a circle of {end.circle} steps" if end.circle else _counted(end.observations, "observation")
     where = f"period {inside.period}, trial {trial}, to goal {end.reached + 1}"
     axis.set_xlabel(f"{where}:\n{round_}", fontsize=8)
 
 
-def _broken(name: str) -> str:
-    """Return a name with line breaks between its parts."""
+def _broken(name: str, letters: int) -> str:
+    """Return a name with line breaks between its parts, so that its lines have about so many letters."""
     lines = [""]
     for part in name.split():
-        if lines[-1] and len(lines[-1]) + len(part) >= _LINE:
+        if lines[-1] and len(lines[-1]) + len(part) >= letters:
             lines.append("")
         lines[-1] = f"{lines[-1]} {part}".strip()
     return "\n".join(lines)
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number:,} {what}{'' if number == 1 else 's'}"

@@ -13,6 +13,7 @@ from pydantic.dataclasses import dataclass
 from rl_design_space._strict import STRICT
 from rl_design_space.report.base import Report
 from rl_design_space.report.runs import Runs
+from rl_design_space.report.together import together
 from rl_design_space.report.written import Written
 
 if TYPE_CHECKING:
@@ -41,10 +42,11 @@ class Figures:
     def write(self, study: Study, reader: Reader, folder: Path) -> Written:
         """Write the files of each report, see `Report.write`."""
         runs = Runs.of_study(study, reader)
-        return Written.joined(
-            figure.looking(self.look).write_runs(runs, folder / f"{study.name}-{name}")
-            for name, figure in self.figures.items()
-        )
+        with together(folder) as new:
+            return Written.joined(
+                figure.looking(self.look).write_new(runs, folder / f"{study.name}-{name}", new)
+                for name, figure in self.figures.items()
+            )
 
     def looking(self, look: Mapping[str, Any]) -> Figures:
         """Return the same figures with other values of the fields of `Look`."""

@@ -24,6 +24,8 @@ _POINTS_PER_INCH = 72
 _NAMES, _LEGEND = 0.42, 0.4
 #: Width of a letter over the size of its text, on average; distance of lines; lines between an axis and a legend below.
 _LETTER, _LINE, _BELOW = 0.52, 1.3, 3.6
+#: Lines that are free between names of several lines.
+_BETWEEN = 0.6
 #: Height from which on a legend is above its axis, as a share of the axis.
 _ABOVE = 0.99
 #: Share of the width that names in a legend below an axis have.
@@ -63,6 +65,8 @@ def fit(figure: Figure, width: float | None, height: float | None, font_size: fl
     make_room(figure, may_grow=height is None)
     # Names that turn need more room, which there may not be.
     if not has_room(figure) or (part_ticks(figure) and not has_room(figure)):
+        raise _no_room(before.tolist(), width, height, font_size)
+    if _break_long_labels(figure) and not has_room(figure):
         raise _no_room(before.tolist(), width, height, font_size)
     if height is None and cut_empty_height(figure):
         has_room(figure)
@@ -157,8 +161,28 @@ def _inches(letters: int, size: float) -> float:
 def _broken(text: str, inches: float, size: float) -> str:
     """Return a text with line breaks, so that it is about as wide."""
     letters = max(int(inches * _POINTS_PER_INCH / (_LETTER * size)), 8)
-    lines = text.replace(" %", f"{_FIXED}%").split("\n")
-    return "\n".join(part for line in lines for part in textwrap.wrap(line, letters) or [""]).replace(_FIXED, " ")
+    return "\n".join(part for line in text.split("\n") for part in _wrapped(line, letters) or [""])
+
+
+def _wrapped(line: str, letters: int, *, break_long_words: bool = True) -> list[str]:
+    """Return lines of at most so many letters; a number and its sign of percent, and a ratio, stay together."""
+    whole = line.replace(" %", f"{_FIXED}%").replace(" / ", f"{_FIXED}/{_FIXED}")
+    return [part.replace(_FIXED, " ") for part in textwrap.wrap(whole, letters, break_long_words=break_long_words)]
+
+
+def _break_long_labels(figure: Figure) -> bool:
+    """Break labels that are longer than the height of their axis, now that it is known; return whether any are."""
+    found = False
+    for axes in figure.axes:
+        label, room = axes.yaxis.label, float(axes.get_window_extent().height)
+        words = label.get_text().replace("\n", " ")
+        if not words or label.get_window_extent().height <= room:
+            continue
+        longest = max(map(len, label.get_text().split("\n")))
+        letters = int(longest * room / label.get_window_extent().height)
+        label.set_text("\n".join(_wrapped(words, max(letters, 8), break_long_words=False)))
+        found = True
+    return found
 
 
 def _resize_text(figure: Figure, factor: float) -> None:
@@ -191,7 +215,10 @@ def _break_names(axes: Axes) -> float:
     if broken != names:
         axes.yaxis.set_ticks(axes.yaxis.get_ticklocs(), broken)
     lines = max(name.count("\n") + 1 for name in broken)
-    return float(max(0.0, len(broken) * lines * _LINE * size / _POINTS_PER_INCH - _OF_PART * height * _share(axes)[1]))
+    free = _BETWEEN if lines > 1 else 0.0
+    return float(
+        max(0.0, len(broken) * (lines + free) * _LINE * size / _POINTS_PER_INCH - _OF_PART * height * _share(axes)[1])
+    )
 
 
 def _names(axis: Axis) -> list[str]:

@@ -19,7 +19,7 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.factorial import Grids
 from rl_design_space.analysis.importance import PAIR, RESAMPLES, Cells, Decomposition, decomposed
-from rl_design_space.analysis.scales import SCALES, USUAL, Scale, trial_edges
+from rl_design_space.analysis.scales import SCALES, USUAL, Scale, in_brief, trial_edges
 from rl_design_space.analysis.statistics import Estimate
 from rl_design_space.learning.measures import measure
 from rl_design_space.learning.result import LearningCurves
@@ -63,7 +63,8 @@ class Importance(Report):
 
     @property
     def heading(self) -> str:
-        return self.title or f"What matters for {self.scale}{given_label(self.given)}"
+        scale = self.words.name(self.scale, in_brief(self.scale))
+        return self.title or f"What matters for {scale}{given_label(self.given)}"
 
     def frames(self, runs: Runs) -> Frames:
         """Return effect, share, low, high, total, total_low, total_high: a row an effect, the largest share first.
@@ -257,7 +258,7 @@ def _stacks(axis: Axes, by_trial: pd.DataFrame, ordered: Sequence[str], look: Im
     axis.set_ylim(0, 1)
     axis.yaxis.set_major_formatter(lambda share, _: f"{share:.0%}")
     axis.set_xlabel("trial")
-    axis.set_ylabel(f"share of the variance, {scale} of these trials")
+    axis.set_ylabel(f"share of the variance of {look.words.name(scale, in_brief(scale))}")
     handles, names = axis.get_legend_handles_labels()
     place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1)}
     lower: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}

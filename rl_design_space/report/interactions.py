@@ -19,7 +19,7 @@ from rl_design_space._arrays import FloatArray
 from rl_design_space._strict import STRICT
 from rl_design_space.analysis.factorial import Factor, Factorial, Grids, Level, described
 from rl_design_space.analysis.importance import PAIR, RESAMPLES, decomposed
-from rl_design_space.analysis.scales import SCALES, USUAL
+from rl_design_space.analysis.scales import SCALES, USUAL, in_brief
 from rl_design_space.analysis.statistics import percentile_interval
 from rl_design_space.errors import ConfigError
 from rl_design_space.learning.measures import measure
@@ -66,7 +66,7 @@ class Interactions(Report):
     @property
     def heading(self) -> str:
         which = f"{self.choice} at each {self.other}" if self.choice else "The strongest interactions"
-        return self.title or f"{which}, by {self.scale}{given_label(self.given)}"
+        return self.title or f"{which}, by {self.words.name(self.scale, in_brief(self.scale))}{given_label(self.given)}"
 
     def frames(self, runs: Runs) -> Frames:
         """Return a row for each pair of choices, value of one, and value of the other.
@@ -261,7 +261,7 @@ def _panel(axis: Axes, pair: pd.DataFrame, look: Interactions) -> None:
     turned: dict[str, Any] = {"rotation": 60, "ha": "right", "rotation_mode": "anchor"}
     axis.set_xticks(range(len(at)), ticks, **(turned if sum(map(len, ticks)) >= 70 else {}), fontsize=7.5)
     axis.set_xlabel(name)
-    axis.set_ylabel(f"difference of {scale}\nfrom {pair['reference'].iloc[0]}")
+    axis.set_ylabel(f"difference of {look.words.name(scale, in_brief(scale))}\nfrom {pair['reference'].iloc[0]}")
     if _is_log(scale):
         right = axis.secondary_yaxis("right", functions=(lambda y: y, lambda y: y))
         right.yaxis.set_major_formatter(lambda y, _: f"×{np.exp(y):.2g}")

@@ -29,7 +29,8 @@ from rl_design_space.learning.cores import available_threads
 from rl_design_space.plan.study import Study
 from rl_design_space.report.beside import can_be_copied
 from rl_design_space.report.page_claims import PageClaim, page_claims
-from rl_design_space.report.written import MainNumbers, Written, numbers_of
+from rl_design_space.report.together import together
+from rl_design_space.report.written import MainNumbers, Written, left_of, numbers_of
 
 if TYPE_CHECKING:
     from rl_design_space.tracking.reader import Reader
@@ -86,13 +87,14 @@ class Page:
 
         The main numbers are those of the verdicts.
         """
-        folder.mkdir(parents=True, exist_ok=True)
         paths: list[Path] = []
+        left: list[Path] = []
         sections = []
         numbers: tuple[MainNumbers, ...] = ()
         parts = [study.another(name) for name in self.sections]
         for part, written in zip(parts, _write_all(parts, reader, folder, self.look), strict=True):
             paths += written
+            left += left_of(written)
             if part.name == self.verdicts:
                 numbers = numbers_of(written)
             (text,) = (path for path in written if path.suffix == ".md")
@@ -106,8 +108,9 @@ class Page:
         page = folder / "index.html"
         claims = page_claims(folder / f"{self.verdicts}.csv", multiverse)
         explorer = _EXPLORER if (folder / _EXPLORER).exists() else ""
-        page.write_text(self.render(study, sections, claims, explorer), encoding="utf-8")
-        return Written([*paths, page], numbers)
+        with together(folder) as new:
+            (new / page.name).write_text(self.render(study, sections, claims, explorer), encoding="utf-8")
+        return Written([*paths, page], numbers, left)
 
     def looking(self, look: Mapping[str, Any]) -> Page:
         """Return the same page with other values of the fields of `Look`; a title is that of the page."""
@@ -164,7 +167,11 @@ def _write_all(
             index: pool.submit(_write, replace(parts[index], included=(), planner=None), reader, folder, dict(look))
             for index in order
         }
-        return [writing[index].result() for index in range(len(parts))]
+        try:
+            return [writing[index].result() for index in range(len(parts))]
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)  # the end of the block would wait for all of them
+            raise
 
 
 def _write(part: Study, reader: Reader, folder: Path, look: Mapping[str, Any]) -> list[Path]:

@@ -30,8 +30,13 @@ from rl_design_space.report.runs import Runs
 #: Levels of steps / optimum at which shares are computed; levels of the table in the text.
 _LEVELS, _LISTED = 120, (1.5, 2, 3, 5, 10)
 IMPROVEMENT = "_improvement"
-#: Inches: height of a line of the legend.
-_LINE = 0.16
+#: Inches: height of the picture without its legend, and of a line of that.
+_HEIGHT, _LINE = 4.3, 0.165
+#: Inches: width of the curves; height of what is above and below the matrix, and width beside it; most that a cell has,
+#: least of a matrix, and least of a cell for its interval to be written.
+_CURVES, _AROUND, _BESIDE, _CELL, _MATRIX, _INTERVAL = 7.5, 1.1, 0.5, 0.6, 3.6, 0.46
+#: Height of a row that has none, over that of the other; it has to be above 0.
+_NO_HEIGHT = 1e-6
 _ABOUT = "_about"
 
 
@@ -154,16 +159,21 @@ def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, look: Profile) -> Figure:
     lines = list(rows.groupby("design", sort=False))
     both = len(pairs) > 0
     labels, common = apart([str(name) for name, _ in lines])
-    more = sum(name.count("\n") for name in labels) + 2 * bool(common)
-    height = 4.8 + 0.1 * len(lines) + _LINE * more
+    legend = sum(name.count("\n") + 1 for name in labels) + 2 * bool(common)
+    height = _HEIGHT + _LINE * legend
+    side = min(height - _AROUND, max(_CELL * len(lines), _MATRIX))
     if both and look.is_narrow:
-        figure, found = plt.subplots(2, 1, figsize=(7.5, height + 4.5), layout="constrained", height_ratios=(1.2, 1))
+        size = _CURVES, height + 4.5
+        figure, found = plt.subplots(2, 1, figsize=size, layout="constrained", height_ratios=(1.2, 1))
+        axes = list(found)
+    elif both:
+        figure = plt.figure(figsize=(_CURVES + side + _BESIDE, height), layout="constrained")
+        # Curves have the first row, with their legend below; the matrix is beside both.
+        grid = figure.add_gridspec(2, 2, width_ratios=(_CURVES, side + _BESIDE), height_ratios=(1, _NO_HEIGHT))
+        axes = [figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[:, 1], anchor="N")]
     else:
-        figure, found = plt.subplots(
-            1, 1 + both, figsize=(14 if both else 7.5, height), layout="constrained",
-            width_ratios=(1.15, 1) if both else None,
-        )  # fmt: skip
-    axes = np.atleast_1d(found)
+        figure, found = plt.subplots(figsize=(_CURVES, height), layout="constrained")
+        axes = [found]
     axis = axes[0]
     for place, (name, (_, line), colour) in enumerate(zip(labels, lines, look.colours(len(lines)), strict=True)):
         x = line["steps_over_optimum"]
@@ -183,7 +193,7 @@ def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, look: Profile) -> Figure:
     style.tidy(axis)
     axis.legend(frameon=False, fontsize=7.5, loc="upper center", bbox_to_anchor=(0.5, -0.13))
     if both:
-        _matrix(axes[1], pairs, [name for name, _ in lines], look.cells_map)
+        _matrix(axes[1], pairs, [name for name, _ in lines], look.cells_map, intervals=side / len(lines) >= _INTERVAL)
     figure.suptitle(look.heading, fontsize=11)
     if common:
         figure.supxlabel(common, fontsize=7.5)
@@ -191,7 +201,8 @@ def _draw(rows: pd.DataFrame, pairs: pd.DataFrame, look: Profile) -> Figure:
     return figure
 
 
-def _matrix(axis: Axes, pairs: pd.DataFrame, names: list[Any], colour_map: str) -> None:
+def _matrix(axis: Axes, pairs: pd.DataFrame, names: list[Any], colour_map: str, *, intervals: bool) -> None:
+    """Draw the probability of improvement of each design over each other, with or without its interval."""
     values = pairs.pivot_table(index="a", columns="b", values="probability", sort=False).reindex(
         index=names, columns=names
     )
@@ -200,14 +211,9 @@ def _matrix(axis: Axes, pairs: pd.DataFrame, names: list[Any], colour_map: str) 
     inks = colour_cells(axis, numbered, Normalize(0, 1), square=True, colour_map=colour_map)
     for row in pairs.to_dict("records"):
         y, x = names.index(row["a"]), names.index(row["b"])
-        between = f"{row['low']:.2f}–{row['high']:.2f}"
-        write(
-            axis,
-            x,
-            y,
-            [(0.4, f"{row['probability']:.2f}", {"fontsize": 9}), (0.72, between, {"fontsize": 6})],
-            inks[y][x],
-        )
+        between = f"{row['low']:.2f}–{row['high']:.2f}" if intervals else ""
+        number = (0.4 if between else 0.5, f"{row['probability']:.2f}", {"fontsize": 9})
+        write(axis, x, y, [number, (0.72, between, {"fontsize": 6})], inks[y][x])
     axis.set_title(
         "probability that the row's design needs fewer steps\nthan the column's in the same layout", fontsize=9
     )

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from contextlib import ContextDecorator, suppress
+from io import StringIO
 from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
@@ -178,9 +179,9 @@ def save(figure: Figure, stem: Path, dots_per_inch: float = DOTS_PER_INCH, *, pd
         with suppress(ValueError):  # as in `Figure.draw`
             layout.execute(figure)
         figure.set_layout_engine("none")  # the places of all parts are known now; to find them takes as long as to draw
-    svg_written = beside(lambda: FigureCanvasSVG(figure).print_svg(svg, metadata={"Date": None}))  # type: ignore[no-untyped-call]
+    as_svg = beside(lambda: _as_svg(figure))
     canvas.print_png(png)  # type: ignore[no-untyped-call]
-    svg_written()
+    svg.write_bytes(as_svg())
     paths = [png, svg]
     if pdf:
         from matplotlib.backends.backend_pdf import FigureCanvasPdf
@@ -189,3 +190,10 @@ def save(figure: Figure, stem: Path, dots_per_inch: float = DOTS_PER_INCH, *, pd
         FigureCanvasPdf(figure).print_pdf(paths[-1], metadata={"CreationDate": None})  # type: ignore[no-untyped-call]
     plt.close(figure)
     return paths
+
+
+def _as_svg(figure: Figure) -> bytes:
+    """Return a figure as SVG; a copy of the process writes no file, which might appear after an interrupt."""
+    content = StringIO()
+    FigureCanvasSVG(figure).print_svg(content, metadata={"Date": None})  # type: ignore[no-untyped-call]
+    return content.getvalue().encode()

@@ -41,9 +41,9 @@ class Words:
     def __bool__(self) -> bool:
         return bool(self.labels)
 
-    def name(self, name: str) -> str:
-        """Return how the name of a parameter or measure reads."""
-        return self.labels.get(name, name)
+    def name(self, name: str, without_label: str = "") -> str:
+        """Return how the name of a parameter, measure or scale reads: its label, or else this text, or the name."""
+        return self.labels.get(name, without_label or name)
 
     def value(self, name: str, value: Any) -> str:
         """Return how a value of a parameter reads beside its name."""

@@ -41,19 +41,31 @@ class Written(list[Path]):
 
     Attributes:
         numbers: of the reports that the files are of.
+        left: files of earlier reports of the same names, in formats that were not asked for now.
     """
 
-    def __init__(self, paths: Iterable[Path] = (), numbers: Sequence[MainNumbers] = ()) -> None:
+    def __init__(
+        self, paths: Iterable[Path] = (), numbers: Sequence[MainNumbers] = (), left: Sequence[Path] = ()
+    ) -> None:
         super().__init__(paths)
-        self.numbers = tuple(numbers)
+        self.numbers, self.left = tuple(numbers), tuple(left)
 
     @classmethod
     def joined(cls, parts: Iterable[Sequence[Path]]) -> Self:
         """Return the files of several reports; one that returns plain paths has no main numbers."""
         found = list(parts)
-        return cls((path for part in found for path in part), [each for part in found for each in numbers_of(part)])
+        return cls(
+            (path for part in found for path in part),
+            [each for part in found for each in numbers_of(part)],
+            [path for part in found for path in left_of(part)],
+        )
 
 
 def numbers_of(paths: Sequence[Path]) -> tuple[MainNumbers, ...]:
     """Return the main numbers that a report has returned with its paths; none if it has returned plain paths."""
     return paths.numbers if isinstance(paths, Written) else ()
+
+
+def left_of(paths: Sequence[Path]) -> tuple[Path, ...]:
+    """Return the files that earlier reports have left, see `Written`; none if a report has returned plain paths."""
+    return paths.left if isinstance(paths, Written) else ()

@@ -30,11 +30,12 @@ def test_an_error_that_a_user_can_fix_is_a_message(capsys: pytest.CaptureFixture
     assert capsys.readouterr().err == "error: world.size=1: should be at least 2\n"
 
 
-def test_an_interrupt_is_a_message(capsys: pytest.CaptureFixture[str]):
-    with pytest.raises(SystemExit) as exit_, shown_as_messages():
+@pytest.mark.parametrize("purpose", [(), ("to write the report",)])
+def test_an_interrupt_is_a_message(purpose: tuple[str, ...], capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit) as exit_, shown_as_messages(*purpose):
         raise KeyboardInterrupt
     assert exit_.value.code == 130
-    assert capsys.readouterr().err == "interrupted; run the same command again to continue\n"
+    assert capsys.readouterr().err == f"interrupted; run the same command again {''.join(purpose) or 'to continue'}\n"
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_the_name_of_a_report_comes_before_settings_and_once(
     arguments: list[str], message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     monkeypatch.setattr("sys.argv", ["rl-design-report", *arguments])
-    monkeypatch.setattr("rl_design_space.commands.report.handle_interrupts", lambda: None)
+    monkeypatch.setattr("rl_design_space.commands.report.handle_interrupts", lambda *_: None)
     with pytest.raises(SystemExit) as exit_:
         main()
     assert exit_.value.code == 2

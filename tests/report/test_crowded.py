@@ -18,6 +18,7 @@ from rl_design_space.report.definitions import COLUMNS
 from rl_design_space.report.fitting import fit
 from rl_design_space.report.graded_picture import draw_table
 from rl_design_space.report.many import apart
+from rl_design_space.report.style import PRINTED
 
 
 def table(rows: int, columns: int) -> Axes:
@@ -46,6 +47,27 @@ def test_numbers_of_small_cells_are_upright_and_a_star_stays(size: tuple[int, in
     names = [label.get_window_extent() for label in axis.get_xticklabels() if label.get_visible()]
     assert all(one.x1 < other.x0 for one, other in pairwise(names))
     plt.close(axis.figure)
+
+
+def test_a_number_whose_interval_is_left_out_is_in_the_middle_of_its_cell_and_free_of_its_sides():
+    axis = table(3, 6)
+    visible = [text for text in axis.texts if text.get_visible()]
+    assert {text.get_position()[1] % 1 for text in visible} == {0.5}
+    axis.get_figure(root=True).set_dpi(PRINTED)  # letters are of whole pixels
+    cell = axis.get_window_extent().width / 6
+    assert max(text.get_window_extent().width for text in visible) < 0.9 * cell
+    plt.close(axis.figure)
+
+
+def test_a_label_is_broken_to_the_height_of_its_axis_and_a_ratio_stays_whole():
+    figure, axes = plt.subplots(2, 1, figsize=(7, 6), layout="constrained")
+    axes[0].set_ylabel("share of the variance of a long name of log(steps / optimum)")
+    axes[0].set_title("\n".join("lines that take height from the axis" for _ in range(7)))
+    fit(figure, 3.5, None, None)
+    label = axes[0].yaxis.label
+    assert label.get_window_extent().height <= 1.1 * axes[0].get_window_extent().height
+    assert any("log(steps / optimum)" in line for line in label.get_text().split("\n"))
+    plt.close(figure)
 
 
 def test_numbers_below_an_axis_are_left_out_where_they_overlap():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -97,6 +98,28 @@ def test_the_picture_has_a_row_for_each_design(frames: Frames):
     assert [round(bar.get_width(), 9) for bar in axes[1].patches] == [round(design[kind], 9) for kind in ENDINGS]
     example = frames[EXAMPLES].iloc[0]
     assert axes[2].get_xlabel().startswith(f"period {example['inside'].period}, trial {example['trial']}, to goal ")
+
+
+def test_the_axis_of_a_single_period_has_its_rank_alone(frames: Frames):
+    single = frames[PERIODS].groupby("design", sort=False).head(1)
+    figure = REPORT.draw({**frames, PERIODS: single})
+    axis = figure.axes[0]
+    low, high = axis.get_xlim()
+    assert (low, high) == (0.5, 1.5)
+    assert [tick for tick in axis.get_xticks() if low <= tick <= high] == [1]
+    assert axis.get_lines()[-1].get_xdata().tolist() == [0.5, 1, 1.5]  # the best policy
+    plt.close(figure)
+
+
+def test_many_designs_have_lower_rows(frames: Frames):
+    few, many = (
+        REPORT.draw({**frames, MAIN: pd.concat([frames[MAIN].head(1)] * number, ignore_index=True)})
+        for number in (1, 5)
+    )
+    assert many.get_size_inches()[1] < 3 * few.get_size_inches()[1]
+    assert len(many.axes) == 5 * len(few.axes)
+    plt.close(few)
+    plt.close(many)
 
 
 def test_recorded_runs_are_examined_by_the_command(tmp_path: Path, empty_database: Path):

@@ -66,6 +66,25 @@ def profile(width: str | None = None) -> Figure:
     return Profile(**look).draw({MAIN: pd.DataFrame(lines), IMPROVEMENT: pd.DataFrame(pairs)})
 
 
+def test_intervals_of_a_profile_are_within_their_cells():
+    names = [f"exploration.k={place}" for place in range(8)]
+    lines = pd.DataFrame(
+        {"design": name, "steps_over_optimum": level, "share": 0.5, "low": 0.4, "high": 0.6}
+        for name, level in product(names, (1.0, 9.0))
+    )
+    pairs = pd.DataFrame(
+        {"a": a, "b": b, "probability": 1, "low": 1, "high": 1} for a, b in product(names, names) if a != b
+    )
+    figure = Profile().draw({MAIN: lines, IMPROVEMENT: pairs})
+    FigureCanvasAgg(figure).draw()
+    curves, matrix = figure.axes
+    room = matrix.get_window_extent()
+    assert max(text.get_window_extent().width for text in matrix.texts) < room.width / 8
+    assert room.height > 1.2 * curves.get_window_extent().height  # it is beside the legend, too
+    assert room.x0 - curves.get_window_extent().x1 < 0.1 * figure.bbox.width
+    plt.close(figure)
+
+
 def sensitivity() -> Figure:
     values = [
         {"line": name, "exploration.k": k, "value": 2.0, "low": 1.0, "high": 3.0}

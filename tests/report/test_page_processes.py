@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event, Semaphore
 from typing import Any
 
 import pytest
@@ -84,3 +87,34 @@ def test_few_reports_or_cores_need_no_processes(
     assert write_all(cores, 1, parts, monkeypatch) == [part.name for part in parts]
     assert written == parts
     assert pools == []
+
+
+def test_an_interrupt_begins_no_more_reports(
+    pools: list[tuple[int, str]], written: list[Part], monkeypatch: pytest.MonkeyPatch
+):
+    submitted, ended = Semaphore(0), Event()
+
+    class Pool(ThreadPoolExecutor):
+        def submit(self, *arguments: Any) -> Any:
+            future = super().submit(*arguments)
+            submitted.release()
+            return future
+
+        def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+            super().shutdown(wait=False, cancel_futures=cancel_futures)
+            ended.set()
+            super().shutdown(wait=wait)
+
+    def interrupted(part: Part, *_: object) -> list[Path]:
+        written.append(part)
+        if len(written) == 1:
+            assert all(submitted.acquire(timeout=10) for _ in PARTS)
+            os.kill(os.getpid(), signal.SIGINT)
+            ended.wait(10)
+        return []
+
+    monkeypatch.setattr(page, "ProcessPoolExecutor", lambda workers, method: Pool(1))
+    monkeypatch.setattr(page, "_write", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_all(3, 1, PARTS, monkeypatch)
+    assert len(written) == 1

@@ -109,6 +109,12 @@ def test_importance_is_the_analysis_of_variance_of_the_simulations(runs: Runs):
     assert "paired by the 24 periods" in text
 
 
+def test_headings_have_the_words_of_a_scale_or_its_label():
+    assert Importance().heading == "What matters for log(steps / optimum)"
+    assert Importance(scale="total_steps").heading == "What matters for total_steps"
+    assert Interactions(labels={"log_over_optimum": "log ratio"}).heading.endswith(", by log ratio")
+
+
 def test_importance_by_trial_is_that_of_each_trial(runs: Runs):
     frame = Importance().frames(runs)["_by_trial"]
     assert sorted(frame["first_trial"].unique()) == list(range(6))
