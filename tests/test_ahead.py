@@ -30,10 +30,10 @@ def test_an_error_of_reading_comes_in_the_place_of_the_item():
 
 
 def test_as_many_items_as_there_are_threads_are_read_at_the_same_time():
-    together = Barrier(6, timeout=10)
+    together = Barrier(6)
 
     def read(item: int) -> int:
-        together.wait()
+        together.wait(timeout=10)
         return item
 
     assert list(ahead(read, range(12), threads=6)) == list(range(12))

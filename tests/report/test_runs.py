@@ -117,10 +117,10 @@ class ServerReader(LearningReader):
     """A reader whose runs are read six at a time, or not at all."""
 
     in_flight = 6
-    together = Barrier(in_flight, timeout=10)
+    together = Barrier(in_flight)
 
     def periods(self, run: StoredRun) -> dict[str, Any]:
-        self.together.wait()
+        self.together.wait(timeout=10)
         return super().periods(run)
 
 

@@ -10,10 +10,11 @@ from pathlib import Path
 from tests.command_runner import PATIENCE, SCRIPTS, environment
 
 #: A sitecustomize.py, which Python imports at start: it kills the tracker process, or its process group, at stages that
-#: files in a folder name, each once: before or after the n-th statement that inserts into a table, before or after the
-#: n-th commit of a transaction that has inserted runs. The program does not know about it.
+#: files in a folder name, each once: before or after the n-th statement that inserts into a table, or the n-th COPY of
+#: PostgreSQL, before or after the n-th commit of a transaction that has inserted runs. The program does not know it.
 SABOTAGE = """
 import os, re, signal, sys
+from contextlib import contextmanager
 
 if "rl_design_space.tracking.process" in sys.orig_argv:
     from sqlalchemy.engine.default import DefaultDialect
@@ -28,23 +29,27 @@ if "rl_design_space.tracking.process" in sys.orig_argv:
             return
         os.kill(os.getpid(), signal.SIGKILL) if target == "tracker" else os.killpg(0, signal.SIGKILL)
 
+    @contextmanager
+    def struck(stage):
+        if stage is None:
+            yield
+            return
+        number = counts[stage] = counts.get(stage, 0) + 1
+        strike(f"before {stage} {number}")
+        yield
+        strike(f"after {stage} {number}")
+
     def sabotage(name, stage_of):
         original = getattr(DefaultDialect, name)
 
         def sabotaged(self, *args, **kwargs):
-            stage = stage_of(*args)
-            if stage is None:
+            with struck(stage_of(*args)):
                 return original(self, *args, **kwargs)
-            number = counts[stage] = counts.get(stage, 0) + 1
-            strike(f"before {stage} {number}")
-            result = original(self, *args, **kwargs)
-            strike(f"after {stage} {number}")
-            return result
 
         setattr(DefaultDialect, name, sabotaged)
 
     def table(cursor, statement, *others):
-        found = re.match("INSERT INTO ([a-z_]+)", statement)
+        found = re.match("(?:INSERT INTO|COPY) ([a-z_]+)", statement)
         if found and found[1] == "runs":
             written.append(True)
         return found and found[1]
@@ -56,6 +61,20 @@ if "rl_design_space.tracking.process" in sys.orig_argv:
 
     for name, stage_of in (("do_execute", table), ("do_executemany", table), ("do_commit", commit)):
         sabotage(name, stage_of)
+
+    try:
+        from psycopg import Cursor
+    except ImportError:  # then there is no PostgreSQL
+        pass
+    else:
+        copied = Cursor.copy
+
+        @contextmanager
+        def copy(self, statement):
+            with struck(table(self, statement)), copied(self, statement) as rows:
+                yield rows
+
+        Cursor.copy = copy
 """
 
 
