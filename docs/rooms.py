@@ -28,6 +28,8 @@ _PACKAGE = "rl_design_space"
 #: Points: from one box to the next, half the size of a box, and the margin around all.
 _RIGHT, _DOWN = 71, 58
 _HALF_WIDTH, _HALF_HEIGHT = 42, 23
+#: Number of names from which on they are written smaller.
+_MANY = 9
 _MARGIN = 6
 #: Points: the width of an arrow for each import, the thinnest arrow, the space between two, the size of a head.
 _AN_IMPORT, _THINNEST, _GAP, _HEAD = 0.26, 1.0, 1.6, (1.7, 6)
@@ -164,15 +166,16 @@ def _arrow(axis: Axes, start: _Spot, end: _Spot, width: float, colour: _Colour) 
 def _box(axis: Axes, middle: _Spot, modules: tuple[str, ...], lines: int, colour: _Colour) -> None:
     """Draw a room with its number of lines, to two digits; the modules of a room without a folder are listed."""
     x, y = middle
-    corner, size = (x - _HALF_WIDTH, y - _HALF_HEIGHT), (2 * _HALF_WIDTH, 2 * _HALF_HEIGHT)
+    corner, sides = (x - _HALF_WIDTH, y - _HALF_HEIGHT), (2 * _HALF_WIDTH, 2 * _HALF_HEIGHT)
     frame = FancyBboxPatch(
-        corner, *size, "round,pad=0,rounding_size=5", facecolor="white", edgecolor=colour, linewidth=2
+        corner, *sides, "round,pad=0,rounding_size=5", facecolor="white", edgecolor=colour, linewidth=2
     )
     axis.add_patch(frame)
     if len(modules) == 1:
         axis.text(x, y + 5, modules[0], fontsize=12.5, weight="bold", **_CENTRED)
     else:
-        axis.text(x, y + 6, fill("  ".join(modules), 18), fontsize=7, weight="bold", linespacing=1.05, **_CENTRED)
+        width, size = (28, 5) if len(modules) >= _MANY else (18, 7)
+        axis.text(x, y + 6, fill("  ".join(modules), width), fontsize=size, weight="bold", linespacing=1.05, **_CENTRED)
     axis.text(x, y - 13, f"{float(f'{lines:.2g}'):,.0f} lines", fontsize=8.5, **_CENTRED)
 
 
