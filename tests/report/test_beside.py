@@ -1,4 +1,4 @@
-"""Work in a copy of this process: where it is done, and what becomes of its errors."""
+"""Work in a copy of this process: where there is one, and how errors come back."""
 
 from __future__ import annotations
 
